@@ -1,0 +1,105 @@
+"""stairlab: learn a paper by running it.
+
+A robot cube jumps at random before stairs, sorts its jumps by what they did, and keeps a few good jumps of each kind: "Unsupervised
+Learning of Effective Actions in Robotics" (Zaric, Hollenstein, Piater, Renaudo 2024). Every public name can be imported from here; its module
+is loaded when the name is first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stairlab.clustering import (
+        HistogramBins,
+        KMeans,
+        RobustGrowingNeuralGas,
+        davies_bouldin_score,
+        silhouette_samples,
+        silhouette_score,
+        silhouette_scores,
+    )
+    from stairlab.effects import EffectClasses
+    from stairlab.fidelity import Fidelity, measure_fidelity
+    from stairlab.prototypes import (
+        Prototypes,
+        Reliability,
+        effect_prototypes,
+        prototype_counts,
+        random_prototypes,
+        reliability,
+        uniform_prototypes,
+    )
+    from stairlab.sampling import Samples, replay_motions, sample_motions
+    from stairlab.world import Jump, Staircase, StairWorld, Trajectory, World
+
+__version__ = "0.1.0"
+
+_MODULES = {
+    "world": ("Jump", "StairWorld", "Staircase", "Trajectory", "World"),
+    "sampling": ("Samples", "replay_motions", "sample_motions"),
+    "clustering": (
+        "HistogramBins",
+        "KMeans",
+        "RobustGrowingNeuralGas",
+        "davies_bouldin_score",
+        "silhouette_samples",
+        "silhouette_score",
+        "silhouette_scores",
+    ),
+    "effects": ("EffectClasses",),
+    "prototypes": (
+        "Prototypes",
+        "Reliability",
+        "effect_prototypes",
+        "prototype_counts",
+        "random_prototypes",
+        "reliability",
+        "uniform_prototypes",
+    ),
+    "fidelity": ("Fidelity", "measure_fidelity"),
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
+__all__ = [
+    "EffectClasses",
+    "Fidelity",
+    "HistogramBins",
+    "Jump",
+    "KMeans",
+    "Prototypes",
+    "Reliability",
+    "RobustGrowingNeuralGas",
+    "Samples",
+    "StairWorld",
+    "Staircase",
+    "Trajectory",
+    "World",
+    "davies_bouldin_score",
+    "effect_prototypes",
+    "measure_fidelity",
+    "prototype_counts",
+    "random_prototypes",
+    "reliability",
+    "replay_motions",
+    "sample_motions",
+    "silhouette_samples",
+    "silhouette_score",
+    "silhouette_scores",
+    "uniform_prototypes",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name, or a module, when it is first used (PEP 562)."""
+    if name in _HOME:
+        return getattr(import_module(f"stairlab.{_HOME[name]}"), name)
+    if name in _MODULES or name in ("plots", "report", "cli"):
+        return import_module(f"stairlab.{name}")
+    raise AttributeError(f"module 'stairlab' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return sorted([*__all__, "__version__"])
