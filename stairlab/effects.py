@@ -122,7 +122,7 @@ class EffectClasses:
         features = _feature_names(features, samples)
         scaling = one_of("scaling", scaling or reading["scaling"], ("none", "max-abs"))
         on_map = samples.on_the_map()
-        effects = on_map.effect(*features)
+        effects = finite_array("samples on the map", on_map.effect(*features), min_rows=2)
         scale = np.abs(effects).max(axis=0) if scaling == "max-abs" else np.ones(len(features))
         scale[scale == 0] = 1.0
         settings: dict[str, Any] = {"features": list(features), "scaling": scaling}

@@ -206,7 +206,8 @@ def read_table(path: str | os.PathLike[str], columns: Sequence[str], flags: Sequ
     header = lines[0][1]
     if missing := [column for column in columns if column not in header]:
         raise ValueError(
-            f"{name}, line {lines[0][0]}: the column{'s'[: len(missing) > 1]} {', '.join(missing)} must be there; found {', '.join(header)}."
+            f"{name}, line {lines[0][0]}: the column{'s'[: len(missing) > 1]} {', '.join(missing)} must be there; "
+            f"found {', '.join(header)}."
         )
     places = [header.index(column) for column in columns]
     table = np.empty((len(lines) - 1, len(columns)))
@@ -348,7 +349,8 @@ def _grid_of(world: World, n: int) -> np.ndarray:
     per_side = round(n ** (1 / parameters))
     if per_side**parameters != n:
         raise ValueError(
-            f"n must be a whole number to the power of {parameters} for a grid over {parameters} motion parameters, such as {per_side**parameters}, not {n}."
+            f"n must be a whole number to the power of {parameters} for a grid over {parameters} motion parameters, "
+            f"such as {per_side**parameters}, not {n}."
         )
     return motion_grid(world, per_side)
 

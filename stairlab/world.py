@@ -117,6 +117,10 @@ class World(Protocol):
     motion_low: np.ndarray
     motion_high: np.ndarray
 
+    @property
+    def state(self) -> np.ndarray:
+        """The present state, shape (n_features,)."""
+
     def reset(self, state: np.ndarray | None = None) -> np.ndarray:
         """Put the world into ``state`` (its start state by default) and return that state."""
 
@@ -410,7 +414,8 @@ class StairWorld:
         values = finite_array("motion", motion, ndim=1)
         if len(values) != 2:
             raise ValueError(f"motion must hold a magnitude and an angle, not {len(values)} numbers.")
-        return self.jump(*values.tolist(), rng)
+        magnitude, angle = values.tolist()
+        return self.jump(magnitude, angle, rng)
 
     def noise_scale(self, motion: np.ndarray) -> np.ndarray:
         """Return the standard deviation of actuation noise: 2 % of the magnitude [N] and 1 degree; shape (2,)."""

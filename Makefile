@@ -1,0 +1,44 @@
+# make run: the paper's pipeline.  make test: all tests.  Both set up .venv first.  ARGS is handed on: make run ARGS="--n 500"
+PYTHON ?= python3
+VENV ?= .venv
+BIN = $(VENV)/bin
+PIP = $(BIN)/python -m pip --disable-pip-version-check
+
+.PHONY: run test lint bench lab clean
+
+run: $(VENV)/core-installed
+	$(BIN)/stairlab run $(ARGS)
+
+test: $(VENV)/all-installed
+	$(BIN)/python -m pytest $(ARGS)
+
+lint: $(VENV)/all-installed
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+bench: $(VENV)/all-installed
+	$(BIN)/python benchmarks/world.py
+	$(BIN)/python benchmarks/clustering.py
+
+lab: $(VENV)/all-installed
+	$(BIN)/jupyter lab notebooks
+
+clean:
+	rm -rf $(VENV) out
+
+$(BIN)/python:
+	$(PYTHON) -m venv $(VENV)
+
+# the core: no torch, no Jupyter; at the versions of requirements.txt
+$(VENV)/core-installed: requirements.txt pyproject.toml | $(BIN)/python
+	@echo "Setting up $(VENV) (about a minute, once) ..."
+	grep '==' requirements.txt > $(VENV)/constraints.txt
+	$(PIP) install --quiet --constraint $(VENV)/constraints.txt --editable .
+	touch $@
+
+# everything
+$(VENV)/all-installed: requirements.txt pyproject.toml | $(BIN)/python
+	@echo "Setting up $(VENV) with everything (a few minutes, once) ..."
+	$(PIP) install --quiet --requirement requirements.txt
+	touch $(VENV)/core-installed $@

@@ -1,0 +1,296 @@
+"""The command ``stairlab``: the paper's pipeline, whole (``run``) or step by step. Tables go to the terminal, or as JSON with ``--json``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import warnings
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from stairlab.world import StairWorld
+
+DESCRIPTION = """\
+Learn "Unsupervised Learning of Effective Actions in Robotics" by running it: a cube jumps at random before stairs (Algorithm 1), its
+jumps are grouped by their effects (Algorithm 2), and each group gets a few action prototypes (equations 2 to 4)."""
+
+EXAMPLES = {
+    "run": "stairlab run --n 2000 --seed 0 --out out",
+    "sample": "stairlab sample --n 2000 --seed 0 --output samples.csv",
+    "prototypes": "stairlab prototypes samples.csv --preset paper-figures --output prototypes.csv",
+    "replay": "stairlab replay prototypes.csv",
+    "fidelity": "stairlab fidelity gazebo_jumps.csv --json",
+}
+
+
+class _Parser(argparse.ArgumentParser):
+    """An argument parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: error: {message} (see {self.prog} --help)\n")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit status: 0, 2 for a usage or input error, 130 on Ctrl-C."""
+    options = build_parser().parse_args(arguments)
+    warnings.showwarning = _show_warning
+    try:
+        options.command(options)
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        print("\nstairlab: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:  # the reader, such as head, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (ValueError, TypeError, OSError) as error:
+        print(f"stairlab {options.name}: error: {_one_line(error)}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _one_line(error: Exception) -> str:
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    return " ".join(str(error).split())
+
+
+def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    print(f"stairlab: note: {message}", file=sys.stderr)
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Build the parser of the command and its subcommands."""
+    parser = _Parser(prog="stairlab", description=DESCRIPTION)
+    parser.add_argument("--version", action="version", version=_version())
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    run = _add(commands, "run", _run, "the whole pipeline: figures, tables and a report into a folder")
+    _add_sampling(run)
+    run.add_argument("--out", type=Path, default=Path("out"), metavar="FOLDER", help="where to write (default: out)")
+
+    sample = _add(commands, "sample", _sample, "perform random jumps and write them to a CSV file (Algorithm 1)")
+    _add_sampling(sample)
+    sample.add_argument("--output", type=Path, default=Path("samples.csv"), metavar="FILE", help="default: samples.csv")
+    sample.add_argument(
+        "--distribution", choices=("uniform", "gaussian", "grid"), default="uniform", help="of the motions (default: uniform)"
+    )
+    sample.add_argument(
+        "--start", choices=("fixed", "drawn"), default="fixed", help="jump from the start pose, or from drawn ones (default: fixed)"
+    )
+    sample.add_argument("--integer-angles", action="store_true", help="round the angles, as in the published samples")
+    sample.add_argument("--x-drift", action="store_true", help="let x drift (Appendix C)")
+    _add_steps(sample)
+
+    prototypes = _add(commands, "prototypes", _prototypes, "samples in, effect classes, counts and prototypes out")
+    prototypes.add_argument("samples", type=Path, metavar="SAMPLES", help="CSV file with the published columns")
+    prototypes.add_argument("--features", nargs="+", default=["dy", "dz"], metavar="NAME", help="effect dimensions (default: dy dz)")
+    prototypes.add_argument(
+        "--preset",
+        choices=("paper-figures", "paper-text", "released-code"),
+        default="paper-figures",
+        help="how k is chosen: silhouette over 3..6 (default), over 2..10, or Davies-Bouldin over 3..10 on scaled effects",
+    )
+    prototypes.add_argument("--k-range", nargs=2, type=int, metavar=("LOW", "HIGH"), help="range of k instead of the preset's")
+    prototypes.add_argument("--fixed", type=int, metavar="N", help="N prototypes a class instead of xi_k (the paper's method b: 5)")
+    prototypes.add_argument(
+        "--single", choices=("mean", "nearest-effect"), default="mean", help="prototype of a class with xi_k = 1 (default: mean)"
+    )
+    prototypes.add_argument(
+        "--refine",
+        choices=("none", "nearest", "central", "agreeing", "core"),
+        default="none",
+        help="none is the paper; the others make effects more reliable without looking at a reward",
+    )
+    prototypes.add_argument("--output", type=Path, metavar="FILE", help="write the prototypes to this CSV file")
+    _add_seed(prototypes)
+
+    replay = _add(commands, "replay", _replay, "perform the motions of a file from the start pose and show their effects")
+    replay.add_argument("motions", type=Path, metavar="MOTIONS", help="CSV file with the columns magnitude [N] and angle [degrees]")
+    replay.add_argument("--output", type=Path, metavar="FILE", help="write motions and effects to this CSV file")
+    replay.add_argument("--x-drift", action="store_true", help="let x drift (Appendix C)")
+    _add_steps(replay)
+    _add_seed(replay)
+
+    fidelity = _add(commands, "fidelity", _fidelity, "replay recorded jumps and measure how well the world agrees with them")
+    fidelity.add_argument("recorded", type=Path, metavar="FILE", help="CSV file with the published columns")
+    fidelity.add_argument("--figure", type=Path, metavar="FILE", help="where to draw it (default: fidelity.png; with --json none)")
+    return parser
+
+
+def _version() -> str:
+    from stairlab import __version__
+
+    return f"stairlab {__version__}"
+
+
+def _add(commands: Any, name: str, command: Callable[[argparse.Namespace], None], text: str) -> argparse.ArgumentParser:
+    parser = commands.add_parser(
+        name,
+        help=text,
+        description=f"{text[0].upper()}{text[1:]}.",
+        epilog=f"example: {EXAMPLES[name]}",
+    )
+    parser.set_defaults(command=command, name=name)
+    parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    return parser
+
+
+def _add_seed(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--seed", type=int, default=0, help="the same seed gives the same result (default: 0)")
+
+
+def _add_sampling(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--n", type=int, default=2000, metavar="N", help="number of jumps (default: 2000)")
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes, -1 for all cores (default: 1)")
+    _add_seed(parser)
+
+
+def _add_steps(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--steps", type=int, default=4, metavar="N", help="steps of the staircase (default: 4)")
+
+
+def _world(options: argparse.Namespace) -> StairWorld:
+    from stairlab.world import Staircase, StairWorld
+
+    return StairWorld(Staircase(options.steps), x_drift=options.x_drift)
+
+
+def _run(options: argparse.Namespace) -> None:
+    from stairlab.report import run_pipeline
+
+    _check_writable(options.out, folder=True)
+    run = run_pipeline(n=options.n, seed=options.seed, n_jobs=options.jobs)
+    run.save(options.out)
+    _show({"summary": run.summary()}, options)
+    _say(f"figures, tables and report in {options.out}: open {options.out / 'report.html'}")
+
+
+def _sample(options: argparse.Namespace) -> None:
+    from stairlab.sampling import sample_motions
+
+    _check_writable(options.output)
+    samples = sample_motions(
+        _world(options),
+        n=options.n,
+        seed=options.seed,
+        n_jobs=options.jobs,
+        distribution=options.distribution,
+        start=options.start,
+        integer_angles=options.integer_angles,
+    )
+    samples.to_csv(options.output)
+    effects = samples.to_frame()[["magnitude", "angle", "dx", "dy", "dz"]]
+    table = effects.describe().loc[["mean", "std", "min", "50%", "max"]].rename_axis("of all jumps")
+    _show({"jumps": len(samples), "on the map": int(samples.on_map.sum()), "samples": table}, options)
+    _say(f"written to {options.output}")
+
+
+def _prototypes(options: argparse.Namespace) -> None:
+    from stairlab.effects import EffectClasses
+    from stairlab.prototypes import effect_prototypes, prototype_counts
+    from stairlab.sampling import Samples
+
+    if options.output:
+        _check_writable(options.output)
+    k_range = tuple(options.k_range) if options.k_range else None
+    classes = EffectClasses.from_samples(
+        Samples.from_csv(options.samples), options.features, options.preset, k_range=k_range, seed=options.seed
+    )
+    counts = prototype_counts(classes)
+    prototypes = effect_prototypes(
+        classes, options.seed, counts=counts, fixed=options.fixed, single=options.single, refine=options.refine
+    )
+    if options.output:
+        prototypes.to_csv(options.output)
+    tables = {"scores": classes.scores, "classes": classes.to_frame(), "counts": counts, "prototypes": prototypes.to_frame()}
+    _show(tables, options)
+    if options.output:
+        _say(f"prototypes written to {options.output}")
+
+
+def _replay(options: argparse.Namespace) -> None:
+    from stairlab.prototypes import Prototypes
+    from stairlab.sampling import replay_motions, write_whole
+
+    if options.output:
+        _check_writable(options.output)
+    prototypes = Prototypes.from_csv(options.motions)
+    samples = replay_motions(_world(options), prototypes.motions, options.seed, progress=True)
+    effects = samples.to_frame()[["dx", "dy", "dz", "on_map"]].rename(columns={"on_map": "on map"})
+    table = prototypes.to_frame().join(effects)
+    if options.output:
+        write_whole(options.output, lambda file: table.to_csv(file, index=False, lineterminator="\n"))
+    _show({"effects": table}, options)
+    if options.output:
+        _say(f"written to {options.output}")
+
+
+def _fidelity(options: argparse.Namespace) -> None:
+    from stairlab.fidelity import measure_fidelity
+
+    figure = options.figure or (None if options.json else Path("fidelity.png"))
+    if figure:
+        _check_writable(figure)
+    fidelity = measure_fidelity(options.recorded)
+    if figure:
+        from stairlab.plots import plot_fidelity, save_figure
+
+        save_figure(plot_fidelity(fidelity), figure)
+    if options.json:
+        print(json.dumps(fidelity.summary()))
+        return
+    print(f"{fidelity.n} recorded jumps, replayed")
+    print(f"same outcome class      {fidelity.agreement:.2%} (standard error {fidelity.agreement_se:.2%})")
+    print(f"|dy error|, median      {fidelity.dy_error_median_mm:.2f} mm (where the class agrees, on the map)")
+    print(f"|dy error|, 90 %        {fidelity.dy_error_p90_mm:.2f} mm")
+    print(f"gap to the next riser   Kolmogorov-Smirnov distance {fidelity.gap_ks:.3f}")
+    print(f"\nrecorded (rows) against replayed (columns)\n{fidelity.confusion.to_string()}")
+    _say(f"figure in {figure}")
+
+
+def _check_writable(path: Path, folder: bool = False) -> None:
+    """Refuse an output that cannot be written before any work is done."""
+    if folder:
+        path.mkdir(parents=True, exist_ok=True)
+    place = path if folder else path.parent
+    if not place.is_dir():
+        raise ValueError(f"the folder {place} must exist to write {path.name} into it")
+    if not os.access(place, os.W_OK):
+        raise ValueError(f"the folder {place} must be writable")
+    if not folder and path.is_dir():
+        raise ValueError(f"{path} is a folder; name a file")
+
+
+def _show(tables: dict[str, pd.DataFrame | int], options: argparse.Namespace) -> None:
+    if options.json:
+        print(json.dumps({name: value if isinstance(value, int) else _records(value) for name, value in tables.items()}))
+        return
+    for name, value in tables.items():
+        if isinstance(value, int):
+            print(f"{name}: {value}")
+        elif len(value):
+            print(f"\n{name}\n{value.to_string(float_format=_short, index=value.index.name is not None)}")
+
+
+def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Rows as JSON objects; NaN becomes null."""
+    named = table.reset_index() if table.index.name else table
+    return json.loads(named.to_json(orient="records", double_precision=15))
+
+
+def _short(value: float) -> str:
+    return f"{value:.3f}" if abs(value) < 100 else f"{value:.1f}"
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,32 @@
+"""What several test files share."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from stairlab.sampling import Samples, sample_motions
+from stairlab.world import StairWorld
+
+PROJECT = Path(__file__).parents[1]
+
+
+@pytest.fixture
+def world() -> StairWorld:
+    """Return the paper's four-step world, in its start pose."""
+    return StairWorld()
+
+
+@pytest.fixture(scope="session")
+def samples() -> Samples:
+    """Return the default samples: 2,000 uniform jumps from the start pose, seed 0."""
+    return sample_motions(StairWorld(), n=2000, seed=0, progress=False)
+
+
+@pytest.fixture(scope="session")
+def reference_csv() -> Path:
+    """Return the path of the authors' recorded jumps, which are not part of the project."""
+    path = Path(os.environ.get("STAIRLAB_REFERENCE") or PROJECT / "../shared/reference/gazebo_jumps.csv")
+    if not path.is_file():
+        pytest.skip(f"The recorded jumps are not at {path}; STAIRLAB_REFERENCE can name another place.")
+    return path
