@@ -1,0 +1,203 @@
+"""The command stairlab."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from stairlab import Prototypes, Samples
+from stairlab.cli import main
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return a folder with samples.csv and prototypes.csv, made by the command."""
+    folder = tmp_path_factory.mktemp("cli")
+    assert main(["sample", "--n", "300", "--seed", "5", "--output", str(folder / "samples.csv")]) == 0
+    assert main(["prototypes", str(folder / "samples.csv"), "--output", str(folder / "prototypes.csv")]) == 0
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def warnings_shown_as_before(monkeypatch):
+    import warnings
+
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
+
+
+def run(*arguments, capsys):
+    status = main([str(argument) for argument in arguments])
+    return status, *capsys.readouterr()
+
+
+def test_sample_writes_the_published_columns(folder, capsys):
+    samples = Samples.from_csv(folder / "samples.csv")
+    assert len(samples) == 300
+    status, out, _ = run("sample", "--n", 300, "--seed", 5, "--output", folder / "again.csv", "--json", capsys=capsys)
+    assert status == 0
+    assert (folder / "again.csv").read_bytes() == (folder / "samples.csv").read_bytes()
+    said = json.loads(out)
+    assert said["jumps"] == 300
+    assert said["on the map"] == samples.on_map.sum()
+
+
+def test_prototypes_prints_every_step_of_the_method_and_writes_the_set(folder, capsys):
+    status, out, _ = run("prototypes", folder / "samples.csv", capsys=capsys)
+    assert status == 0
+    for part in ("scores", "classes", "counts", "prototypes", "mean dy", "xi"):
+        assert part in out
+    prototypes = Prototypes.from_csv(folder / "prototypes.csv")
+    assert prototypes.method == "effect"
+    assert 3 <= prototypes.classes.max() <= 6
+
+
+def test_prototypes_as_json_are_those_of_the_file(folder, capsys):
+    _, out, _ = run("prototypes", folder / "samples.csv", "--json", capsys=capsys)
+    table = pd.DataFrame(json.loads(out)["prototypes"])
+    written = Prototypes.from_csv(folder / "prototypes.csv")
+    np.testing.assert_allclose(table[["magnitude", "angle"]], written.motions)
+
+
+def test_options_reach_the_method(folder, capsys):
+    _, out, _ = run("prototypes", folder / "samples.csv", "--k-range", 3, 3, "--fixed", 2, "--json", capsys=capsys)
+    said = json.loads(out)
+    assert len(said["classes"]) == 3
+    assert len(said["prototypes"]) <= 6
+    status, out, _ = run("prototypes", folder / "samples.csv", "--features", "dy", "--json", capsys=capsys)
+    assert status == 0
+    assert json.loads(out)["scores"] == []
+
+
+def test_replay_shows_the_effect_of_each_motion(folder, capsys):
+    status, out, _ = run("replay", folder / "prototypes.csv", "--json", capsys=capsys)
+    effects = pd.DataFrame(json.loads(out)["effects"])
+    assert status == 0
+    assert len(effects) == len(Prototypes.from_csv(folder / "prototypes.csv"))
+    assert {"magnitude", "angle", "class", "dy", "dz", "on map"} <= set(effects)
+
+
+def test_replay_takes_any_table_of_motions_and_any_number_of_steps(folder, capsys):
+    (folder / "mine.csv").write_text("magnitude,angle\n330,70\n")
+    _, out, _ = run("replay", folder / "mine.csv", "--steps", 1, "--output", folder / "effects.csv", capsys=capsys)
+    assert "0.300" in out
+    assert pd.read_csv(folder / "effects.csv")["dz"][0] == pytest.approx(0.3, abs=1e-3)
+
+
+def test_fidelity_of_own_jumps_is_perfect_and_has_exactly_the_promised_keys(folder, capsys):
+    status, out, _ = run("fidelity", folder / "samples.csv", "--json", capsys=capsys)
+    assert status == 0
+    said = json.loads(out)
+    assert list(said) == ["n", "agreement", "dy_error_median_mm", "dy_error_p90_mm", "gap_ks"]
+    assert said["agreement"] == 1
+    assert said["gap_ks"] == 0
+
+
+def test_fidelity_draws_a_figure(folder, capsys):
+    status, out, _ = run("fidelity", folder / "samples.csv", "--figure", folder / "fidelity.png", capsys=capsys)
+    assert status == 0
+    assert "same outcome class      100.00%" in out
+    assert (folder / "fidelity.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_run_writes_figures_tables_and_the_report(folder, capsys):
+    status, out, _ = run("run", "--n", 200, "--out", folder / "out", "--json", capsys=capsys)
+    assert status == 0
+    names = {row["method"] for row in json.loads(out)["summary"]}
+    assert {"effect", "fixed", "uniform", "random"} <= names
+    assert (folder / "out" / "report.html").stat().st_size > 10_000
+    assert len(list((folder / "out").glob("figure_*.png"))) >= 7
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["sample", "--n", "0"], "n must be at least 1, not 0."),
+        (["sample", "--n", "50", "--distribution", "grid"], "such as 49, not 50."),
+        (["sample", "--seed", "-1"], "seed must be at least 0, not -1."),
+        (["sample", "--jobs", "0"], "n_jobs must be a number of processes"),
+        (["sample", "--steps", "0"], "n_steps must be between 1 and 200, not 0."),
+        (["sample", "--output", "nowhere/samples.csv"], "the folder nowhere must exist"),
+        (["sample", "--output", "."], "is a folder; name a file"),
+        (["replay", "missing.csv"], "missing.csv: No such file or directory"),
+        (["fidelity", "bad.csv", "--json"], "bad.csv, line 1: the columns"),
+        (["prototypes", "bad.csv"], "bad.csv, line 1: the columns"),
+        (["replay", "outside.csv"], "magnitude must be between 50 and 1000, not 2000."),
+        (["run", "--out", "bad.csv"], "bad.csv: File exists"),
+    ],
+)
+def test_an_input_error_is_one_line_and_status_two(arguments, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.csv").write_text("a,b\n1,2\n")
+    (tmp_path / "outside.csv").write_text("magnitude,angle\n2000,45\n")
+    status, out, err = run(*arguments, capsys=capsys)
+    assert (status, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("arguments", [[], ["dance"], ["sample", "--n", "many"], ["replay"], ["prototypes", "a.csv", "--refine", "x"]])
+def test_a_usage_error_is_one_line_and_status_two(arguments, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(arguments)
+    assert stopped.value.code == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert "--help" in err
+
+
+@pytest.mark.parametrize("command", ["run", "sample", "prototypes", "replay", "fidelity"])
+def test_every_command_has_help_with_an_example(command, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main([command, "--help"])
+    assert stopped.value.code == 0
+    out = capsys.readouterr().out
+    assert f"example: stairlab {command}" in out
+    assert "--json" in out
+
+
+def test_a_warning_is_a_note_on_one_line(folder):
+    command = [sys.executable, "-m", "stairlab.cli", "prototypes", str(folder / "samples.csv"), "--features", "dz"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0
+    assert done.stderr
+    assert all(line.startswith("stairlab: note: ") for line in done.stderr.splitlines())
+
+
+def test_ctrl_c_ends_with_130_and_leaves_no_file(tmp_path):
+    command = [sys.executable, "-m", "stairlab.cli", "sample", "--n", "100000", "--output", str(tmp_path / "s.csv")]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    time.sleep(4)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 130, err
+    assert "Traceback" not in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_reader_that_stops_early_is_no_error(folder):
+    command = f"{sys.executable} -m stairlab.cli replay {folder / 'prototypes.csv'} | true"
+    done = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_importing_stairlab_loads_nothing_heavy():
+    code = "import sys, stairlab; print(sorted({'numpy', 'pymunk', 'numba', 'pandas', 'matplotlib'} & set(sys.modules)))"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env={**os.environ})
+    assert out.stdout.strip() == "[]"
+
+
+def test_every_public_name_can_be_imported_from_stairlab():
+    import stairlab
+
+    for name in stairlab.__all__:
+        assert getattr(stairlab, name).__doc__
+    with pytest.raises(AttributeError, match="no attribute 'stairs'"):
+        stairlab.stairs  # noqa: B018
