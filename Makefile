@@ -20,6 +20,7 @@ lint: $(VENV)/all-installed
 bench: $(VENV)/all-installed
 	$(BIN)/python benchmarks/world.py
 	$(BIN)/python benchmarks/clustering.py
+	$(BIN)/python benchmarks/method.py
 
 lab: $(VENV)/all-installed
 	$(BIN)/jupyter lab notebooks

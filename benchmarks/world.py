@@ -13,17 +13,9 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
+from stairlab.physics import CUBE_EDGE, MAX_STEPS, PUSH_STEPS, RELEASE_VELOCITY, TIME_STEP, Staircase, build_space
 from stairlab.sampling import sample_motions
-from stairlab.world import (
-    CUBE_EDGE,
-    MAX_STEPS,
-    PUSH_STEPS,
-    RELEASE_VELOCITY,
-    TIME_STEP,
-    Staircase,
-    StairWorld,
-    build_space,
-)
+from stairlab.world import StairWorld
 
 TURN = 20
 """ Jumps that one of the two makes before it is the other's turn """

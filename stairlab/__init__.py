@@ -1,8 +1,8 @@
 """stairlab: learn a paper by running it.
 
-A robot cube jumps at random before stairs, sorts its jumps by what they did, and keeps a few good jumps of each kind: "Unsupervised
-Learning of Effective Actions in Robotics" (Zaric, Hollenstein, Piater, Renaudo 2024). Every public name can be imported from here; its module
-is loaded when the name is first used.
+A robot cube jumps at random before stairs, sorts its jumps by what they did, and keeps a few good jumps of each kind:
+"Unsupervised Learning of Effective Actions in Robotics" (Zaric, Hollenstein, Piater, Renaudo 2024). Every public name can be imported
+from here; its module is loaded when the name is first used.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     )
     from stairlab.effects import EffectClasses
     from stairlab.fidelity import Fidelity, measure_fidelity
+    from stairlab.physics import Staircase, Trajectory
     from stairlab.prototypes import (
         Prototypes,
         Reliability,
@@ -32,12 +33,13 @@ if TYPE_CHECKING:
         uniform_prototypes,
     )
     from stairlab.sampling import Samples, replay_motions, sample_motions
-    from stairlab.world import Jump, Staircase, StairWorld, Trajectory, World
+    from stairlab.world import Jump, StairWorld, World
 
 __version__ = "0.1.0"
 
 _MODULES = {
-    "world": ("Jump", "StairWorld", "Staircase", "Trajectory", "World"),
+    "physics": ("Staircase", "Trajectory"),
+    "world": ("Jump", "StairWorld", "World"),
     "sampling": ("Samples", "replay_motions", "sample_motions"),
     "clustering": (
         "HistogramBins",

@@ -1,4 +1,4 @@
-"""The command ``stairlab``: the paper's pipeline, whole (``run``) or step by step. Tables go to the terminal, or as JSON with ``--json``."""
+"""The command ``stairlab``: the paper's pipeline, whole (``run``) or step by step, with tables or JSON on the terminal."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 import os
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -162,7 +162,7 @@ def _world(options: argparse.Namespace) -> StairWorld:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from stairlab.report import run_pipeline
+    from stairlab.pipeline import run_pipeline
 
     _check_writable(options.out, folder=True)
     run = run_pipeline(n=options.n, seed=options.seed, n_jobs=options.jobs)
@@ -267,7 +267,7 @@ def _check_writable(path: Path, folder: bool = False) -> None:
         raise ValueError(f"{path} is a folder; name a file")
 
 
-def _show(tables: dict[str, pd.DataFrame | int], options: argparse.Namespace) -> None:
+def _show(tables: Mapping[str, pd.DataFrame | int], options: argparse.Namespace) -> None:
     if options.json:
         print(json.dumps({name: value if isinstance(value, int) else _records(value) for name, value in tables.items()}))
         return

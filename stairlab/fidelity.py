@@ -16,8 +16,9 @@ import pandas as pd
 from scipy.stats import ks_2samp
 from tqdm import tqdm
 
+from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.sampling import Samples
-from stairlab.world import CUBE_EDGE, FEATURES, Staircase, StairWorld
+from stairlab.world import FEATURES, StairWorld
 
 OFF_THE_MAP = "off the map"
 

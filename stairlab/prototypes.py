@@ -233,11 +233,11 @@ def effect_prototypes(
         Where xi_k = 1: the class's mean motion (the paper), or the sample whose effect is nearest to the class's mean effect (the
         authors' released package).
     refine : {"none", "nearest", "central", "agreeing", "core"}
-        "none" is the paper; the others aim at reliable effects, and none looks at a reward. Three replace each prototype by an observed
-        motion of its class: "nearest" by the nearest one; among the class's motions that are nearer to this prototype than to its
-        others, "central" takes the one deepest inside the class (farthest from any motion of another class), "agreeing" the one
-        whose 20 nearest neighbours among all samples agree most. "core" leaves the paper's method as it is, but shows it
-        only the half of the class's motions whose neighbours agree most.
+        "none" is the paper; the others aim at reliable effects, and none looks at a reward. Three replace each prototype by an
+        observed motion of its class: "nearest" by the nearest one; among the class's motions that are nearer to this prototype
+        than to its others, "central" takes the one deepest inside the class (farthest from any motion of another class),
+        "agreeing" the one whose 20 nearest neighbours among all samples agree most. "core" leaves the paper's method as it is,
+        but shows it only the half of the class's motions whose neighbours agree most.
     world : World, optional
         Where given, prototypes are clipped to its motion space (by default to the range of the samples' motions).
 
@@ -453,8 +453,8 @@ def reliability(
 ) -> Reliability:
     """Measure how reliably prototypes produce their effects, by replaying them from the start pose.
 
-    Noise is Gaussian, as large as the world says (``noise_scale``; for the stairs 2 % of the magnitude and 1 degree), and a noisy motion
-    is clipped to the motion space.
+    Noise is Gaussian, as large as the world says (``noise_scale``; for the stairs 2 % of the magnitude and 1 degree), and a noisy
+    motion is clipped to the motion space.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """The world of the paper (section 4, figure 1): a cube that jumps before, and up, a staircase.
 
-The robot is a cube of 1 kg that can do one thing: push itself off with a force of some magnitude and angle. The simulation is
-rigid-body physics in the y-z plane (Pymunk), tuned against jumps that the paper's authors recorded in Gazebo.
+The robot is a cube of 1 kg that can do one thing: push itself off with a force of some magnitude and angle. How it then flies
+and lands is in ``physics.py``.
 """
 
 from __future__ import annotations
@@ -12,68 +12,10 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-import pymunk
 
-from stairlab._validation import finite_array, finite_number, whole_number
+from stairlab._validation import finite_array, finite_number
+from stairlab.physics import CUBE_EDGE, TIME_LIMIT, Flight, Staircase, Trajectory, overlap
 
-GRAVITY = 9.81
-""" Gravitational acceleration [m/s²] """
-TIME_STEP = 0.001
-""" Time step of the simulation [s] """
-CUBE_EDGE = 0.1
-""" Edge of the cube [m] """
-CUBE_MASS = 1.0
-""" Mass of the cube [kg] """
-CUBE_INERTIA = 0.0016667
-""" Moment of inertia of the cube about an axis through its centre [kg m²] """
-PUSH_STEPS = 10
-""" The force acts for 10 steps, 0.01 s """
-TIME_LIMIT = 20.0
-""" A jump that takes longer is an error [s] """
-
-# Contact. The values belong to the physics engine behind the recorded jumps; each was read off those jumps.
-FRICTION = 1.0
-""" Coulomb friction between cube and stairs: cubes that slide over the ground stop after v² / (2 g) """
-FLUSH_RISER_FRICTION = 0.475
-""" Friction when a whole face meets a riser at once: the recorded impulse along the riser is at most 0.47 to 0.48 of the
-impulse against it, while edges and corners grip with 1 """
-REBOUND_SPEED = 0.01
-""" Speed at which a riser gives the cube back [m/s]. It is the same for every impact, because that engine pushes bodies that
-overlap apart no faster than this: the gap that a cube leaves to the riser is this speed times the time it then falls """
-SOLVER_ITERATIONS = 50
-""" Iterations of the contact solver a step, as many as the recorded engine makes: fewer leave a flush impact half solved """
-CONTACT_SLOP = 5e-6
-""" Overlap that is not corrected [m]: far below the gaps, and enough to keep a contact alive while the cube rests """
-SLOWEST_IMPACT = 0.02
-""" Below this speed a contact is resting, not an impact: no rebound [m/s] """
-RELEASE_VELOCITY = -GRAVITY * TIME_STEP / 2
-""" Vertical velocity at the first step of the force [m/s]. Half a step of gravity ahead (leapfrog), the positions at the steps lie on
-the exact parabola. The recorded flights scatter about it, by whole steps: some last one step longer, some one shorter """
-
-# Rest, and how far ahead free flight is computed at once.
-REST_STEPS = 50
-""" The cube rests when its pose has changed by less than REST_SHIFT [m] and REST_TURN [rad] over these steps """
-REST_SHIFT = 1e-5
-REST_TURN = 1e-4
-POLL_TIME = 1.0
-""" The published rule polls once a second; a jump's duration is reported by that rule [s] """
-CHECK_STEPS = 10
-""" Steps between two looks at whether the cube flies free or rests """
-CUBE_REACH = CUBE_EDGE / math.sqrt(2) + 0.001
-""" Radius of a circle about the centre that holds the cube in every rotation, and a margin [m] """
-DEEPEST_START = 0.01
-""" A state may overlap the stairs by this much [m] """
-GROUND_REACH = 1000.0
-""" The ground goes on for this far to both sides of the cube: farther than any jump within the time limit [m] """
-FARTHEST = 1e6
-""" Positions beyond it are refused: a micrometre would be lost among the digits of a number [m] """
-MAX_STEPS = round(TIME_LIMIT / TIME_STEP)
-STEPS = np.arange(MAX_STEPS + 1, dtype=float)
-FALL = -GRAVITY * TIME_STEP**2 * STEPS * (STEPS - 1) / 2
-""" Height gained after n steps from rest by the integrator's recurrence z += v dt, then v -= g dt [m] """
-
-NO_RISER = 10.0
-""" d_obs where no riser is ahead [m] """
 FEATURES = ("x", "y", "z", "qx", "qy", "qz", "qw", "d_obs")
 START_Y = 0.25
 """ Start pose: y of the cube's centre [m] """
@@ -91,6 +33,10 @@ DRIFT_UPRIGHT = 0.003
 """ Scale of the exponential |dx| of a climbing jump that does not roll [m] """
 ROLL_SHARES = {"climbs": (0.58, 0.30, 0.12), "four steps or more": (0.25, 0.45, 0.30)}
 """ Shares of climbing jumps that stay upright, roll over by one edge (0.1 m), tumble on (0.15 to 0.28 m) """
+DEEPEST_START = 0.01
+""" A state may overlap the stairs by this much [m] """
+FARTHEST = 1e6
+""" Positions beyond it are refused: a micrometre would be lost among the digits of a number [m] """
 
 
 class Outcome(Protocol):
@@ -112,10 +58,16 @@ class Outcome(Protocol):
 class World(Protocol):
     """What sampling, effects and prototypes need to know of a world: nothing about stairs."""
 
-    feature_names: Sequence[str]
-    motion_names: Sequence[str]
     motion_low: np.ndarray
     motion_high: np.ndarray
+
+    @property
+    def feature_names(self) -> Sequence[str]:
+        """Names of the features of a state."""
+
+    @property
+    def motion_names(self) -> Sequence[str]:
+        """Names of the parameters of a motion."""
 
     @property
     def state(self) -> np.ndarray:
@@ -132,111 +84,6 @@ class World(Protocol):
 
     def noise_scale(self, motion: np.ndarray) -> np.ndarray:
         """Return the standard deviation of actuation noise on each parameter of ``motion``."""
-
-
-@dataclass(frozen=True)
-class Staircase:
-    """The geometry of the stairs (figure 1a of the paper). Step k has its riser at ``first_riser + (k - 1) run``.
-
-    Parameters
-    ----------
-    n_steps : int
-        Number of steps: 4 where the paper samples, 15 where it learns.
-    rise, run : float
-        Height and depth of a step [m].
-    first_riser : float
-        y of the first riser [m].
-    last_run : float, optional
-        Depth of the last tread [m], ``run`` by default. Behind it the ground goes on at z = 0.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If a length is not positive and finite, or ``n_steps`` is not a whole number from 1 on.
-    """
-
-    n_steps: int = 4
-    rise: float = 0.3
-    run: float = 0.4
-    first_riser: float = 0.6
-    last_run: float | None = None
-
-    def __post_init__(self) -> None:
-        whole_number("n_steps", self.n_steps, low=1, high=200)
-        for name in ("rise", "run", "first_riser"):
-            finite_number(name, getattr(self, name), above=0)
-        if self.last_run is None:
-            object.__setattr__(self, "last_run", self.run)
-        finite_number("last_run", self.last_run, above=0)
-
-    @classmethod
-    def fifteen(cls) -> Staircase:
-        """Return the stairs of the learning task: fifteen steps, the last tread 10 m deep."""
-        return cls(n_steps=15, last_run=10.0)
-
-    @property
-    def risers(self) -> np.ndarray:
-        """y of each riser, shape (n_steps,) [m]."""
-        return self.first_riser + self.run * np.arange(self.n_steps)
-
-    @property
-    def heights(self) -> np.ndarray:
-        """Height of each tread, shape (n_steps,) [m]."""
-        return self.rise * np.arange(1, self.n_steps + 1)
-
-    @property
-    def end(self) -> float:
-        """y of the end of the last tread [m]."""
-        return float(self.first_riser + self.run * (self.n_steps - 1) + (self.last_run or 0.0))
-
-    @property
-    def top(self) -> float:
-        """Height of the last tread [m]."""
-        return self.rise * self.n_steps
-
-    @property
-    def treads(self) -> np.ndarray:
-        """Begin, end and height of each tread, shape (n_steps, 3) [m]."""
-        return np.column_stack([self.risers, np.append(self.risers[1:], self.end), self.heights])
-
-    def height_at(self, y: float) -> float:
-        """Height of the stairs at ``y`` [m]."""
-        return 0.0 if y >= self.end else self.rise * self.risers_before(y)
-
-    def risers_before(self, y: float) -> int:
-        """Count the risers at or before ``y``."""
-        passed = math.floor((y - self.first_riser) / self.run + 1e-9) + 1
-        return min(max(passed, 0), self.n_steps)
-
-    def next_riser(self, y: float) -> float:
-        """Return y of the next riser ahead of ``y``, infinity where there is none [m]."""
-        passed = self.risers_before(y)
-        return math.inf if passed == self.n_steps else self.first_riser + self.run * passed
-
-    def d_obs(self, y: float) -> float:
-        """Return the distance from ``y`` to the next riser, 10 where there is none [m]."""
-        riser = self.next_riser(y)
-        return NO_RISER if riser == math.inf else riser - y
-
-
-@dataclass(frozen=True, eq=False)
-class Trajectory:
-    """The path of a jump, one entry a millisecond.
-
-    Attributes
-    ----------
-    time : ndarray of shape (n,)
-        Time since the force set in [s].
-    y, z : ndarray of shape (n,)
-        Centre of the cube [m].
-    rotation : ndarray of shape (n,)
-        Rotation about the x-axis, not wrapped [rad].
-    """
-
-    time: np.ndarray
-    y: np.ndarray
-    z: np.ndarray
-    rotation: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,8 +157,8 @@ class StairWorld:
     0.9
     """
 
-    feature_names = FEATURES
-    motion_names = ("magnitude", "angle")
+    feature_names: Sequence[str] = FEATURES
+    motion_names: Sequence[str] = ("magnitude", "angle")
 
     def __init__(self, staircase: Staircase | None = None, *, x_drift: bool = False) -> None:
         if staircase is not None and not isinstance(staircase, Staircase):
@@ -383,7 +230,7 @@ class StairWorld:
         checked = self._complete(x, y, z, qx, qw)
         if max(abs(x), abs(y), abs(z)) > FARTHEST:
             raise ValueError(f"state must lie within {FARTHEST:g} m of the origin, not at {values[:3]}.")
-        if z < 0 or (depth := _overlap(self.staircase, checked)) > DEEPEST_START:
+        if z < 0 or (depth := overlap(self.staircase, checked)) > DEEPEST_START:
             raise ValueError(
                 f"state must leave the cube above the stairs, but at y = {y:g} m, z = {z:g} m it stands "
                 f"{'below the ground' if z < 0 else f'{depth:.3f} m inside them'}; upright on the tread there, z is "
@@ -460,7 +307,7 @@ class StairWorld:
         if rng is not None and not isinstance(rng, np.random.Generator):
             raise TypeError(f"rng must be a numpy.random.Generator, not {rng!r}.")
         start = self.state
-        flight = _Flight(self.staircase, start, trajectory)
+        flight = Flight(self.staircase, start, trajectory)
         flight.push(float(magnitude), math.radians(angle))
         if not flight.until_rest():
             raise RuntimeError(
@@ -490,179 +337,3 @@ class StairWorld:
         candidates = (rng.exponential(DRIFT_UPRIGHT), rng.normal(CUBE_EDGE, 0.005), rng.uniform(0.15, 0.28))
         size = candidates[kind] if steps > 0 else rng.exponential(DRIFT_ON_GROUND)
         return float(rng.choice((-1.0, 1.0)) * size)
-
-
-def build_space(staircase: Staircase, state: np.ndarray) -> tuple[pymunk.Space, pymunk.Body]:
-    """Build the stairs and the cube at rest in ``state``, ready to be stepped; in Pymunk, x is our y and y is our z.
-
-    Parameters
-    ----------
-    staircase : Staircase
-        The stairs.
-    state : ndarray of shape (8,)
-        State of the cube.
-
-    Returns
-    -------
-    space : pymunk.Space
-        With gravity, the ground, the steps and the cube.
-    body : pymunk.Body
-        The cube.
-    """
-    here = float(state[1])
-    space = pymunk.Space()
-    space.gravity = (0.0, -GRAVITY)
-    space.iterations = SOLVER_ITERATIONS
-    space.collision_slop = CONTACT_SLOP
-    space.collision_bias = 0.0  # an overlap is taken back within one step, without leaving the cube any speed
-    space.add(
-        *(
-            _block(space, begin, end, height)
-            for begin, end, height in [(here - GROUND_REACH, here + GROUND_REACH, 0.0), *staircase.treads.tolist()]
-        )
-    )
-    cube = pymunk.Body(CUBE_MASS, CUBE_INERTIA)
-    shape = pymunk.Poly.create_box(cube, (CUBE_EDGE, CUBE_EDGE))
-    shape.friction = 1.0
-    space.add(cube, shape)
-    cube.position = float(state[1]), float(state[2])
-    cube.angle = 2 * math.atan2(state[3], state[6])
-    space.on_collision(begin=_meet_riser)
-    return space, cube
-
-
-def _block(space: pymunk.Space, begin: float, end: float, height: float) -> pymunk.Poly:
-    block = pymunk.Poly(space.static_body, [(begin, -1.0), (end, -1.0), (end, height), (begin, height)])
-    block.friction = FRICTION  # Pymunk multiplies the frictions of the two shapes; the cube's is 1
-    return block
-
-
-def _overlap(staircase: Staircase, state: np.ndarray) -> float:
-    """Depth to which a cube in ``state`` would stand inside the stairs [m]."""
-    space, cube = build_space(staircase, state)
-    meetings = [meeting for shape in cube.shapes for meeting in space.shape_query(shape)]
-    return max((-point.distance for meeting in meetings for point in meeting.contact_point_set.points), default=0.0)
-
-
-def _meet_riser(arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
-    """Let the cube rebound from a riser with REBOUND_SPEED, and grip it less when a whole face meets it."""
-    contacts = arbiter.contact_point_set
-    normal_y, normal_z = contacts.normal
-    if abs(normal_y) < 0.7:  # the ground or a tread
-        return
-    cube = next(body for shape in arbiter.shapes if (body := shape.body) and body is not space.static_body)
-    (y, z), (vy, vz), spin = cube.position, cube.velocity, cube.angular_velocity
-    corners = [point.point_a for point in contacts.points]
-    speed = max(abs((vy - spin * (cz - z)) * normal_y + (vz + spin * (cy - y)) * normal_z) for cy, cz in corners)
-    if speed > SLOWEST_IMPACT:
-        arbiter.restitution = REBOUND_SPEED / speed
-    if len(corners) == 2 and math.dist(*corners) > 0.99 * CUBE_EDGE:
-        arbiter.friction = FLUSH_RISER_FRICTION
-
-
-class _Flight:
-    """One jump under way: steps the space, but computes free flight at once and sees rest early."""
-
-    def __init__(self, staircase: Staircase, state: np.ndarray, record: bool) -> None:
-        self.space, self.body = build_space(staircase, state)
-        self.staircase = staircase
-        self.steps = 0
-        self.polls = [self.body.position]
-        self.path: list[np.ndarray] | None = [] if record else None
-        if self.path is not None:
-            self.path.append(np.array([[0, *self.pose]]))
-
-    @property
-    def pose(self) -> tuple[float, float, float]:
-        """y, z [m] and rotation [rad]."""
-        (y, z), rotation = self.body.position, self.body.angle
-        return y, z, rotation
-
-    @property
-    def duration(self) -> float:
-        """Time of the first poll that finds the cube no more than 1 mm from where it was at the poll before [s]."""
-        here = self.body.position
-        moved = [
-            abs(a.x - b.x) + abs(a.y - b.y) >= 1e-3 for a, b in zip(self.polls, [*self.polls[1:], here], strict=True)
-        ]
-        return POLL_TIME * (len(moved) + 1 if moved[-1] else len(moved))
-
-    @property
-    def trajectory(self) -> Trajectory | None:
-        """The path so far, if it is recorded."""
-        if self.path is None:
-            return None
-        steps, y, z, rotation = np.vstack(self.path).T
-        return Trajectory(steps * TIME_STEP, y, z, rotation)
-
-    def push(self, magnitude: float, angle: float) -> None:
-        """Apply the force for PUSH_STEPS steps."""
-        self.body.velocity = (0.0, RELEASE_VELOCITY)
-        force = (magnitude * math.cos(angle), magnitude * math.sin(angle))
-        for _ in range(PUSH_STEPS):
-            self.body.apply_force_at_world_point(force, self.body.position)
-            self.step(1)
-
-    def until_rest(self) -> bool:
-        """Go on until the cube rests; False if it does not within the time limit."""
-        pose, since = self.pose, self.steps
-        while self.steps < MAX_STEPS:
-            self.fly()
-            self.step(CHECK_STEPS)
-            y, z, rotation = self.pose
-            if abs(y - pose[0]) + abs(z - pose[1]) > REST_SHIFT or abs(rotation - pose[2]) > REST_TURN:
-                pose, since = (y, z, rotation), self.steps
-            elif self.steps - since >= REST_STEPS:
-                return True
-        return False
-
-    def step(self, count: int) -> None:
-        """Make ``count`` steps of the simulation."""
-        for _ in range(count):
-            self.space.step(TIME_STEP)
-            self.steps += 1
-            if self.path is not None:
-                self.path.append(np.array([[self.steps, *self.pose]]))
-            if self.steps % 1000 == 0:
-                self.polls.append(self.body.position)
-
-    def fly(self) -> None:
-        """Jump ahead while nothing is in the cube's reach, by the closed form of the integrator's recurrence.
-
-        .. math:: y_n = y_0 + n v_y \\Delta t, \\quad z_n = z_0 + n v_z \\Delta t - g \\Delta t^2 n (n - 1) / 2
-        """
-        (y, z), (vy, vz), spin = self.body.position, self.body.velocity, self.body.angular_velocity
-        clearance = z - CUBE_REACH - self.ground_below(y)
-        if clearance <= 0 or (steps := self.free_steps(y, z, vy, vz)) < CHECK_STEPS:
-            return
-        ahead = STEPS[: steps + 1]
-        path_y, path_z = y + ahead * (vy * TIME_STEP), z + ahead * (vz * TIME_STEP) + FALL[: steps + 1]
-        rotation = self.body.angle + ahead * (spin * TIME_STEP)
-        for poll in range(1000 - self.steps % 1000, steps + 1, 1000):
-            self.polls.append(pymunk.Vec2d(path_y[poll], path_z[poll]))
-        if self.path is not None:
-            self.path.append(np.column_stack([self.steps + ahead, path_y, path_z, rotation])[1:])
-        self.body.position = float(path_y[-1]), float(path_z[-1])
-        self.body.velocity = vy, vz - GRAVITY * TIME_STEP * steps
-        self.body.angle = float(rotation[-1])
-        self.steps += steps
-
-    def ground_below(self, y: float) -> float:
-        """Height of the highest tread within the cube's reach of ``y`` [m]."""
-        if y - CUBE_REACH >= self.staircase.end:
-            return 0.0
-        return self.staircase.rise * self.staircase.risers_before(y + CUBE_REACH)
-
-    def free_steps(self, y: float, z: float, vy: float, vz: float) -> int:
-        """Count the steps until the cube could touch anything."""
-        until_ground = (vz + math.sqrt(vz * vz + 2 * GRAVITY * max(z - CUBE_REACH, 0.0))) / GRAVITY
-        last = min(math.ceil(until_ground / TIME_STEP) + 1, MAX_STEPS - self.steps)
-        ahead = STEPS[: last + 1]
-        path_y = y + ahead * (vy * TIME_STEP)
-        path_z = z + ahead * (vz * TIME_STEP) + FALL[: last + 1]
-        stairs = self.staircase
-        passed = np.floor((path_y + (CUBE_REACH - stairs.first_riser)) / stairs.run + 1e-9) + 1
-        below = stairs.rise * np.clip(passed, 0, stairs.n_steps)
-        below[path_y - CUBE_REACH >= stairs.end] = 0.0
-        touching = path_z - CUBE_REACH <= below
-        return max(int(np.argmax(touching)) - 1, 0) if touching.any() else last - 1

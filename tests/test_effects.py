@@ -179,7 +179,7 @@ def test_bad_arguments_are_refused_by_name(samples, arguments, message):
 
 
 def test_something_that_is_not_samples_is_refused():
-    with pytest.raises(TypeError, match="samples must be Samples.* not ndarray"):
+    with pytest.raises(TypeError, match=r"samples must be Samples.* not ndarray"):
         EffectClasses.from_samples(np.zeros((5, 2)))
 
 

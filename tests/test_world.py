@@ -10,18 +10,17 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stairlab.world import (
+from stairlab.physics import (
     CUBE_EDGE,
     CUBE_MASS,
-    FEATURES,
     GRAVITY,
     PUSH_STEPS,
     RELEASE_VELOCITY,
     TIME_STEP,
     Staircase,
-    StairWorld,
     build_space,
 )
+from stairlab.world import FEATURES, StairWorld
 
 HALF = CUBE_EDGE / 2
 PUSH_TIME = PUSH_STEPS * TIME_STEP
