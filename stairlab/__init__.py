@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from stairlab.effects import EffectClasses
     from stairlab.fidelity import Fidelity, measure_fidelity
     from stairlab.physics import Staircase, Trajectory
+    from stairlab.pipeline import Run, run_pipeline
     from stairlab.prototypes import (
         Prototypes,
         Reliability,
@@ -61,6 +62,7 @@ _MODULES = {
         "uniform_prototypes",
     ),
     "fidelity": ("Fidelity", "measure_fidelity"),
+    "pipeline": ("Run", "run_pipeline"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -73,6 +75,7 @@ __all__ = [
     "Prototypes",
     "Reliability",
     "RobustGrowingNeuralGas",
+    "Run",
     "Samples",
     "StairWorld",
     "Staircase",
@@ -85,6 +88,7 @@ __all__ = [
     "random_prototypes",
     "reliability",
     "replay_motions",
+    "run_pipeline",
     "sample_motions",
     "silhouette_samples",
     "silhouette_score",

@@ -78,10 +78,16 @@ def build_parser() -> argparse.ArgumentParser:
     _add_sampling(sample)
     sample.add_argument("--output", type=Path, default=Path("samples.csv"), metavar="FILE", help="default: samples.csv")
     sample.add_argument(
-        "--distribution", choices=("uniform", "gaussian", "grid"), default="uniform", help="of the motions (default: uniform)"
+        "--distribution",
+        choices=("uniform", "gaussian", "grid"),
+        default="uniform",
+        help="of the motions (default: uniform)",
     )
     sample.add_argument(
-        "--start", choices=("fixed", "drawn"), default="fixed", help="jump from the start pose, or from drawn ones (default: fixed)"
+        "--start",
+        choices=("fixed", "drawn"),
+        default="fixed",
+        help="jump from the start pose, or from drawn ones (default: fixed)",
     )
     sample.add_argument("--integer-angles", action="store_true", help="round the angles, as in the published samples")
     sample.add_argument("--x-drift", action="store_true", help="let x drift (Appendix C)")
@@ -89,17 +95,26 @@ def build_parser() -> argparse.ArgumentParser:
 
     prototypes = _add(commands, "prototypes", _prototypes, "samples in, effect classes, counts and prototypes out")
     prototypes.add_argument("samples", type=Path, metavar="SAMPLES", help="CSV file with the published columns")
-    prototypes.add_argument("--features", nargs="+", default=["dy", "dz"], metavar="NAME", help="effect dimensions (default: dy dz)")
+    prototypes.add_argument(
+        "--features", nargs="+", default=["dy", "dz"], metavar="NAME", help="effect dimensions (default: dy dz)"
+    )
     prototypes.add_argument(
         "--preset",
         choices=("paper-figures", "paper-text", "released-code"),
         default="paper-figures",
         help="how k is chosen: silhouette over 3..6 (default), over 2..10, or Davies-Bouldin over 3..10 on scaled effects",
     )
-    prototypes.add_argument("--k-range", nargs=2, type=int, metavar=("LOW", "HIGH"), help="range of k instead of the preset's")
-    prototypes.add_argument("--fixed", type=int, metavar="N", help="N prototypes a class instead of xi_k (the paper's method b: 5)")
     prototypes.add_argument(
-        "--single", choices=("mean", "nearest-effect"), default="mean", help="prototype of a class with xi_k = 1 (default: mean)"
+        "--k-range", nargs=2, type=int, metavar=("LOW", "HIGH"), help="range of k instead of the preset's"
+    )
+    prototypes.add_argument(
+        "--fixed", type=int, metavar="N", help="N prototypes a class instead of xi_k (the paper's method b: 5)"
+    )
+    prototypes.add_argument(
+        "--single",
+        choices=("mean", "nearest-effect"),
+        default="mean",
+        help="prototype of a class with xi_k = 1 (default: mean)",
     )
     prototypes.add_argument(
         "--refine",
@@ -110,16 +125,24 @@ def build_parser() -> argparse.ArgumentParser:
     prototypes.add_argument("--output", type=Path, metavar="FILE", help="write the prototypes to this CSV file")
     _add_seed(prototypes)
 
-    replay = _add(commands, "replay", _replay, "perform the motions of a file from the start pose and show their effects")
-    replay.add_argument("motions", type=Path, metavar="MOTIONS", help="CSV file with the columns magnitude [N] and angle [degrees]")
+    replay = _add(
+        commands, "replay", _replay, "perform the motions of a file from the start pose and show their effects"
+    )
+    replay.add_argument(
+        "motions", type=Path, metavar="MOTIONS", help="CSV file with the columns magnitude [N] and angle [degrees]"
+    )
     replay.add_argument("--output", type=Path, metavar="FILE", help="write motions and effects to this CSV file")
     replay.add_argument("--x-drift", action="store_true", help="let x drift (Appendix C)")
     _add_steps(replay)
     _add_seed(replay)
 
-    fidelity = _add(commands, "fidelity", _fidelity, "replay recorded jumps and measure how well the world agrees with them")
+    fidelity = _add(
+        commands, "fidelity", _fidelity, "replay recorded jumps and measure how well the world agrees with them"
+    )
     fidelity.add_argument("recorded", type=Path, metavar="FILE", help="CSV file with the published columns")
-    fidelity.add_argument("--figure", type=Path, metavar="FILE", help="where to draw it (default: fidelity.png; with --json none)")
+    fidelity.add_argument(
+        "--figure", type=Path, metavar="FILE", help="where to draw it (default: fidelity.png; with --json none)"
+    )
     return parser
 
 
@@ -208,7 +231,12 @@ def _prototypes(options: argparse.Namespace) -> None:
     )
     if options.output:
         prototypes.to_csv(options.output)
-    tables = {"scores": classes.scores, "classes": classes.to_frame(), "counts": counts, "prototypes": prototypes.to_frame()}
+    tables = {
+        "scores": classes.scores,
+        "classes": classes.to_frame(),
+        "counts": counts,
+        "prototypes": prototypes.to_frame(),
+    }
     _show(tables, options)
     if options.output:
         _say(f"prototypes written to {options.output}")
@@ -269,7 +297,9 @@ def _check_writable(path: Path, folder: bool = False) -> None:
 
 def _show(tables: Mapping[str, pd.DataFrame | int], options: argparse.Namespace) -> None:
     if options.json:
-        print(json.dumps({name: value if isinstance(value, int) else _records(value) for name, value in tables.items()}))
+        print(
+            json.dumps({name: value if isinstance(value, int) else _records(value) for name, value in tables.items()})
+        )
         return
     for name, value in tables.items():
         if isinstance(value, int):

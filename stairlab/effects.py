@@ -217,6 +217,10 @@ def _range_of(k_range: tuple[int, int]) -> range:
 
 
 def _best_kmeans(X: np.ndarray, ks: range, criterion: str, n_init: int, seed: Seed) -> tuple[KMeans, pd.DataFrame]:
+    if (distinct := len(np.unique(X, axis=0))) < ks[-1]:
+        raise ValueError(
+            f"k_range must end at {distinct} or below, as there are {distinct} distinct effects, not at {ks[-1]}."
+        )
     children = seed_sequence(seed).spawn(ks[-1] + 1)
     models = [KMeans(n_clusters=k, n_init=n_init, random_state=children[k]).fit(X) for k in ks]
     labelings = [model.labels_ for model in models]

@@ -8,6 +8,7 @@ import pytest
 from stairlab.sampling import Samples, sample_motions
 from stairlab.world import StairWorld
 
+os.environ.setdefault("SCIPY_ARRAY_API", "1")  # else scikit-learn skips some of its checks of estimators
 PROJECT = Path(__file__).parents[1]
 
 
@@ -26,7 +27,10 @@ def samples() -> Samples:
 @pytest.fixture(scope="session")
 def reference_csv() -> Path:
     """Return the path of the authors' recorded jumps, which are not part of the project."""
-    path = Path(os.environ.get("STAIRLAB_REFERENCE") or PROJECT / "../shared/reference/gazebo_jumps.csv")
+    named = os.environ.get("STAIRLAB_REFERENCE")
+    path = Path(named or PROJECT / "../shared/reference/gazebo_jumps.csv")
+    if named and not path.is_file():
+        pytest.fail(f"STAIRLAB_REFERENCE names {path}, which is not a file.")
     if not path.is_file():
         pytest.skip(f"The recorded jumps are not at {path}; STAIRLAB_REFERENCE can name another place.")
     return path

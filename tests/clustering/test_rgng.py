@@ -214,6 +214,7 @@ def test_compiled_functions_take_only_plain_types():
     assert "Settings" not in str(train_pass.signatures)
 
 
+@pytest.mark.slow
 def test_with_the_compiler_off_the_nodes_are_the_same(tmp_path):
     for jit in "01":
         environment = {**os.environ, "NUMBA_DISABLE_JIT": jit}

@@ -1,0 +1,934 @@
+"""The figures of the paper, and the few that the course adds: each function takes results and returns a matplotlib ``Figure``.
+
+Three conventions hold for all of them.
+
+- **Figures do not go through pyplot.** They are made as ``matplotlib.figure.Figure``, so nothing piles up and no backend is
+  chosen. In a notebook a figure is shown once, where it is the last expression of a cell. To draw into axes of one's own, give
+  ``ax`` (or ``axes`` where there are several panels); with pyplot's axes, end the cell's last line with ``;``, since pyplot shows its
+  figures itself.
+- **Class k looks the same everywhere**: one colour and one marker for each class number (``class_style``).
+- **Every figure says in words what it shows**: ``alt_text(figure)``. In a notebook the text goes with the picture.
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import math
+import os
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, FigureBase
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
+from matplotlib.ticker import MaxNLocator, PercentFormatter
+
+from stairlab.effects import OFF_THE_MAP, EffectClasses
+from stairlab.fidelity import Fidelity
+from stairlab.physics import CUBE_EDGE, NO_RISER, Staircase
+from stairlab.prototypes import Prototypes
+from stairlab.sampling import Samples
+from stairlab.world import FEATURES, Jump, StairWorld
+
+DPI = 150
+""" Resolution of pictures in files [dots per inch] """
+TIGHT: dict[str, Any] = {"bbox_inches": "tight", "pad_inches": 0.08}
+""" Cut pictures to what is drawn: nothing is clipped, and there is no empty rim """
+INK = "#222222"
+FAINT = "#8a8a8a"
+STAIRS = "#d9d4cc"
+CUBE = "#40c8c0"
+PATH = "#c0392b"
+OFF_MAP = "#c4c4c4"
+COLORS = (
+    "#56B4E9",
+    "#0072B2",
+    "#009E73",
+    "#E69F00",
+    "#D55E00",
+    "#CC79A7",
+    "#332288",
+    "#999933",
+    "#882255",
+    "#000000",
+)
+""" Colours of classes 1 to 10, after Okabe and Ito, and Tol: told apart with any colour vision """
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p")
+""" Markers of classes 1 to 10: told apart without colours """
+LINES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)))
+BIN = 0.02
+""" Width of a bin in the distributions of effects [m] """
+BELOW = 4.4
+""" Distance of a legend below its axes, with room for ticks and label [font sizes] """
+SEEN_AHEAD = 2.5
+""" Where the last tread is longer, this much of it is drawn [m] """
+UNITS = {"magnitude": "N", "angle": "°"}
+SET_NAMES = {
+    "effect": "effect classes, ξ for each",
+    "fixed": "effect classes, up to {} for each",
+    "random": "random",
+    "uniform": "uniform grid",
+}
+""" What a set of prototypes is called in a figure, by its method """
+SHOWN_SHARE = 0.05
+""" A height is named in a class's gloss where at least this share of the class gained it """
+
+
+class ClassStyle(NamedTuple):
+    """How a class is drawn, in every figure."""
+
+    color: str
+    marker: str
+
+
+class _Picture(Figure):
+    """A figure that a notebook shows once, with its alternative text (and as a plain picture after ``%matplotlib inline`` too)."""
+
+    def _repr_html_(self) -> str:
+        data = png(self)
+        width = int.from_bytes(data[16:20], "big") * 90 // DPI  # where a PNG file has its width
+        return (
+            f'<img alt="{html.escape(alt_text(self))}" width="{width}" style="max-width:100%;height:auto" '
+            f'src="data:image/png;base64,{base64.b64encode(data).decode()}">'
+        )
+
+
+def png(figure: Figure, dpi: int = DPI) -> bytes:
+    """Return a figure as a PNG file's bytes; equal figures give equal bytes."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None}, **TIGHT)
+    return buffer.getvalue()
+
+
+def save_figure(figure: Figure, path: str | os.PathLike[str], dpi: int = DPI) -> None:
+    """Write a figure to a file, in the format that its name ends in (.png, .svg, .pdf); it appears whole or not at all.
+
+    Raises
+    ------
+    ValueError
+        If matplotlib knows no such format.
+    """
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=Path(path).suffix[1:] or "png", dpi=dpi, **TIGHT)
+    write_bytes(path, buffer.getvalue())
+
+
+def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
+    """Write a binary file so that it appears whole or not at all: into a temporary file beside it, then renamed."""
+    path = Path(path)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with open(handle, "wb") as file:
+            file.write(data)
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def alt_text(figure: Figure) -> str:
+    """Return what a figure of this module shows, in words, for those who cannot see it.
+
+    Raises
+    ------
+    ValueError
+        If the figure was not drawn by this module.
+    """
+    text = getattr(figure, "stairlab_alt", "")
+    if not text:
+        raise ValueError(
+            "figure must be one that a function of stairlab.plots has drawn; this one has no alternative text."
+        )
+    return text
+
+
+def class_style(number: int) -> ClassStyle:
+    """Return colour and marker of class ``number`` (from 1); beyond ten classes, colours meet other markers."""
+    turn, place = divmod(number - 1, len(COLORS))
+    return ClassStyle(COLORS[place], MARKERS[(place + 3 * turn) % len(MARKERS)])
+
+
+def class_glosses(classes: EffectClasses, rise: float = Staircase.rise) -> dict[int, str]:
+    """Say in words what each class of jumps does, such as "1 step" or "0 steps, 0.29 m".
+
+    Parameters
+    ----------
+    classes : EffectClasses
+        The classes.
+    rise : float
+        Height of a step [m].
+
+    Returns
+    -------
+    dict of int to str
+        By class number: the heights that at least 5 % of the class gained, and the mean dy [m] where that does not tell two
+        classes apart. Empty words where the samples are not of the stairs.
+    """
+    samples = _expect("classes", classes, EffectClasses).samples
+    if samples.feature_names != FEATURES:
+        return dict.fromkeys(classes.numbers, "")
+    dy, dz = samples.effect("dy", "dz").T
+    heights = {n: _heights(np.round(dz[classes.labels == n] / rise).astype(int)) for n in classes.numbers}
+    return {
+        n: words if list(heights.values()).count(words) == 1 else f"{words}, {dy[classes.labels == n].mean():.2f} m"
+        for n, words in heights.items()
+    }
+
+
+def _heights(steps: np.ndarray) -> str:
+    levels, counts = np.unique(steps, return_counts=True)
+    levels = levels[counts >= SHOWN_SHARE * len(steps)].tolist()
+    if levels == [1]:
+        return "1 step"
+    together = len(levels) > 2 and levels[-1] - levels[0] == len(levels) - 1
+    return (f"{levels[0]} to {levels[-1]}" if together else " or ".join(map(str, levels))) + " steps"
+
+
+def class_names(classes: EffectClasses) -> dict[int, str]:
+    """Return the name of each class as legends show it: "$C_3$: 1 step"."""
+    return {n: f"$C_{{{n}}}$" + (f": {gloss}" if gloss else "") for n, gloss in class_glosses(classes).items()}
+
+
+# Figure 1: the world
+
+
+def plot_world(world_or_jump: StairWorld | Jump, staircase: Staircase | None = None, ax: Axes | None = None) -> Figure:
+    """Draw the stairs and the cube: where a world has it now, or a jump from start to end (figure 1).
+
+    Parameters
+    ----------
+    world_or_jump : StairWorld or Jump
+        For the path, make the jump with ``trajectory=True``; without one only start and end are drawn.
+    staircase : Staircase, optional
+        The stairs that a jump was made on; four steps by default. A world knows its own.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    shown = _expect("world_or_jump", world_or_jump, (StairWorld, Jump))
+    stairs = shown.staircase if isinstance(shown, StairWorld) else staircase or Staircase()
+    (ax,) = _axes(ax, 1, (7.6, 5.0))
+    states = [shown.state] if isinstance(shown, StairWorld) else [shown.start, shown.end]
+    top = max(stairs.top + 0.35, *(float(state[2]) + 0.2 for state in states))
+    if isinstance(shown, Jump) and shown.trajectory is not None:
+        top = max(top, float(shown.trajectory.z.max()) + 0.15)
+    _draw_stairs(ax, stairs, top, max(float(state[1]) for state in states))
+    if isinstance(shown, StairWorld):
+        _draw_cube(ax, *_pose(states[0]))
+        _draw_d_obs(ax, states[0])
+        return _finish(ax, f"Side view of {stairs.n_steps} steps and the cube at {_place(states[0])}.")
+    _draw_jump(ax, shown)
+    motion = f"{shown.magnitude:.0f} N at {shown.angle:.0f}°"
+    effect = f"Δy = {shown.dy:+.2f} m, Δz = {shown.dz:+.2f} m"
+    ax.set_title(f"motion: {motion}        effect: {effect}", fontsize=10, loc="left")
+    return _finish(
+        ax,
+        f"Side view of {stairs.n_steps} steps. The cube starts at {_place(states[0])}, is pushed with {motion}, and comes to rest at "
+        f"{_place(states[1])}: {effect}.",
+    )
+
+
+def _place(state: np.ndarray) -> str:
+    return f"y = {state[1]:.2f} m, z = {state[2]:.2f} m"
+
+
+def _pose(state: np.ndarray) -> tuple[float, float, float]:
+    return float(state[1]), float(state[2]), 2 * math.atan2(state[3], state[6])
+
+
+def _draw_stairs(ax: Axes, stairs: Staircase, top: float, right: float) -> None:
+    seen = min(stairs.end, float(stairs.risers[-1]) + SEEN_AHEAD)
+    begin, end, low = -0.1, max(seen, right) + 0.25, -0.16
+    outline = [(begin, low), (begin, 0.0), (stairs.first_riser, 0.0)]
+    for left, far, height in stairs.treads.tolist():
+        outline += [(left, height), (far, height)]
+    outline += [(stairs.end, 0.0), (max(end, stairs.end), 0.0), (max(end, stairs.end), low)]
+    ax.add_patch(Polygon(outline, facecolor=STAIRS, edgecolor=INK, linewidth=0.8, zorder=1))
+    ax.set(xlim=(begin, end), ylim=(low, top), aspect="equal", xlabel="y [m]", ylabel="z [m]")
+    ax.spines[["top", "right"]].set_visible(False)
+
+
+def _draw_cube(ax: Axes, y: float, z: float, rotation: float, **style: Any) -> None:
+    turned = rotation + math.pi / 4 + math.pi / 2 * np.arange(4)
+    corners = np.column_stack(
+        [y + CUBE_EDGE / math.sqrt(2) * np.cos(turned), z + CUBE_EDGE / math.sqrt(2) * np.sin(turned)]
+    )
+    look: dict[str, Any] = {"facecolor": CUBE, "edgecolor": INK, "linewidth": 1.0, "zorder": 4} | style
+    ax.add_patch(Polygon(corners, **look))
+
+
+def _draw_jump(ax: Axes, jump: Jump) -> None:
+    if jump.trajectory is not None:
+        path = jump.trajectory
+        ax.plot(path.y, path.z, color=PATH, linewidth=1.5, zorder=3, label="path of the centre")
+        for i in _moments(path.y, path.z, 6):
+            _draw_cube(ax, path.y[i], path.z[i], path.rotation[i], facecolor="none", edgecolor=FAINT, zorder=2)
+    for state in (jump.start, jump.end):
+        _draw_cube(ax, *_pose(state))
+        _draw_d_obs(ax, state)
+    y, z, _ = _pose(jump.start)
+    length, angle = 0.1 + 0.25 * jump.magnitude / 1000, math.radians(jump.angle)
+    head = (y + length * math.cos(angle), z + length * math.sin(angle))
+    ax.annotate("", head, (y, z), arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.8}, zorder=6)
+    for words, state in (("start", jump.start), ("end", jump.end)):
+        ax.annotate(
+            words, (state[1], state[2]), (-14, 0), textcoords="offset points", ha="right", va="center", fontsize=9
+        )
+
+
+def _moments(y: np.ndarray, z: np.ndarray, count: int) -> np.ndarray:
+    """Return rows at equal distances along a path, its ends left out."""
+    walked = np.append(0.0, np.hypot(np.diff(y), np.diff(z)).cumsum())
+    return np.searchsorted(walked, walked[-1] * np.arange(1, count + 1) / (count + 1))
+
+
+def _draw_d_obs(ax: Axes, state: np.ndarray) -> None:
+    y, z, distance = float(state[1]), float(state[2]), float(state[7])
+    left, right = ax.get_xlim()
+    if distance >= NO_RISER or distance < max(1.5 * CUBE_EDGE, 0.06 * (right - left)):
+        return  # none, or too short for the words
+    height = z - 0.9 * CUBE_EDGE  # a dimension line inside the ground
+    arrow = {"arrowstyle": "<->", "color": INK, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0}
+    ax.annotate("", (y + distance, height), (y, height), arrowprops=arrow)
+    words = f"$d_\\mathrm{{obs}}$ = {distance:.2f} m"
+    ax.text(y + distance / 2, height - 0.01, words, ha="center", va="top", fontsize=9, zorder=7)
+
+
+# Figures 2 and 7: effect classes in motion space
+
+
+def plot_effect_classes(classes: EffectClasses, ax: Axes | None = None) -> Figure:
+    """Draw the samples in motion space, by effect class (figure 2).
+
+    The classes were found in effect space; that they form coherent regions here shows how closely the two spaces are related.
+
+    Parameters
+    ----------
+    classes : EffectClasses
+        Classes of samples with two motion parameters.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    (panel,) = _axes(ax, 1, (7.6, 5.0))
+    _scatter(panel, _expect("classes", classes, EffectClasses))
+    _class_legend(panel, classes)
+    return _finish(panel, _describe_classes(classes))
+
+
+def plot_feature_comparison(
+    classes_yz: EffectClasses, classes_xyz: EffectClasses, axes: Sequence[Axes] | None = None
+) -> Figure:
+    """Draw the effect classes of two sets of features side by side (figure 7, Appendix C).
+
+    Parameters
+    ----------
+    classes_yz, classes_xyz : EffectClasses
+        Classes on (dy, dz) and on (dx, dy, dz), or on any two sets of features. Each has numbers of its own.
+    axes : sequence of two matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    pair = {"classes_yz": classes_yz, "classes_xyz": classes_xyz}
+    panels = _axes(axes, 2, (10.0, 5.2), columns=2)
+    for panel, letter, (name, classes) in zip(panels, "ab", pair.items(), strict=True):
+        _scatter(panel, _expect(name, classes, EffectClasses))
+        features = ", ".join(feature.removeprefix("d") for feature in classes.features)
+        panel.set_title(f"({letter}) clustered on ({features}): {classes.n_classes} classes", fontsize=10)
+        _class_legend(panel, classes, below=True)
+    return _finish(panels[0], f"Two panels. (a) {_describe_classes(classes_yz)} (b) {_describe_classes(classes_xyz)}")
+
+
+def _scatter(ax: Axes, classes: EffectClasses, size: float = 13, alpha: float = 0.85) -> None:
+    samples = classes.samples
+    _motion_axes(ax, samples.motion_names)
+    x, y = samples.motions[classes.labels == OFF_THE_MAP].T
+    ax.scatter(x, y, s=2.5, color=OFF_MAP, alpha=min(1.0, 2 * alpha), linewidths=0, zorder=1)
+    for number in sorted(classes.numbers, key=lambda n: -classes.sizes[n - 1]):
+        color, marker = class_style(number)
+        x, y = classes.motions_of(number).T
+        ax.scatter(x, y, s=size, color=color, marker=marker, alpha=alpha, linewidths=0, zorder=2)
+
+
+def _motion_axes(ax: Axes, names: Sequence[str]) -> None:
+    if len(names) != 2:
+        raise ValueError(
+            f"A motion space is drawn with two motion parameters, not with {len(names)}: {', '.join(names)}."
+        )
+    labels = [f"{name} [{UNITS[name]}]" if name in UNITS else name for name in names]
+    ax.set(xlabel=labels[0], ylabel=labels[1])
+    if tuple(names) == tuple(UNITS):
+        ax.set(xlim=(20, 1030), ylim=(-2, 92), yticks=range(0, 91, 15))
+    ax.spines[["top", "right"]].set_visible(False)
+
+
+def _class_legend(ax: Axes, classes: EffectClasses, below: bool = False) -> None:
+    where: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5)}
+    if below:
+        where = {"loc": "upper center", "bbox_to_anchor": (0.5, 0), "borderaxespad": BELOW, "ncols": 2}
+    ax.legend(handles=_class_handles(classes, off_map=True), frameon=False, fontsize=9, handletextpad=0.2, **where)
+
+
+def _class_handles(classes: EffectClasses, off_map: bool = False) -> list[Line2D]:
+    handles = [_handle(*class_style(n), f"{name} ({classes.sizes[n - 1]})") for n, name in class_names(classes).items()]
+    missing = int((classes.labels == OFF_THE_MAP).sum())
+    return [*handles, _handle(OFF_MAP, ".", f"off the map ({missing})")] if off_map and missing else handles
+
+
+def _figure_legend(ax: Axes, handles: list[Line2D], where: str, ncols: int) -> None:
+    """Draw one legend for the whole figure: outside the panels where the figure's layout makes room for it."""
+    makes_room = isinstance(ax.figure.figure.get_layout_engine(), ConstrainedLayoutEngine)
+    place: dict[str, Any] = {"loc": f"outside {where}" if makes_room else where}
+    ax.figure.legend(handles=handles, ncols=ncols, frameon=False, fontsize=9, handletextpad=0.2, **place)
+
+
+def _handle(color: str, marker: str, words: str, **style: Any) -> Line2D:
+    drawn = {"markersize": 7, "markeredgewidth": 0} | style
+    return Line2D([], [], linestyle="none", color=color, marker=marker, label=words, **drawn)
+
+
+def _describe_classes(classes: EffectClasses) -> str:
+    samples = classes.samples
+    parts = [
+        f"C{n}{f' ({gloss})' if gloss else ''}: {classes.sizes[n - 1]}" for n, gloss in class_glosses(classes).items()
+    ]
+    regions = []
+    for n in classes.numbers:
+        middle = np.median(classes.motions_of(n), axis=0)
+        regions.append(
+            f"C{n} about "
+            + " and ".join(f"{v:.0f} {UNITS.get(m, m)}" for v, m in zip(middle, samples.motion_names, strict=True))
+        )
+    return (
+        f"Scatter plot of {len(samples)} motions, {samples.motion_names[1]} against {samples.motion_names[0]}, by effect class on "
+        f"({', '.join(classes.features)}); samples in each class: {'; '.join(parts)}; "
+        f"{int((classes.labels == OFF_THE_MAP).sum())} off the map. Median motions: {'; '.join(regions)}."
+    )
+
+
+# Figures 3 and 5: prototypes
+
+
+def plot_prototypes(
+    sets: Prototypes | Sequence[Prototypes] | Mapping[str, Prototypes],
+    classes: EffectClasses,
+    axes: Axes | Sequence[Axes] | None = None,
+) -> Figure:
+    """Draw sets of prototypes in motion space, each over the faint samples (figure 3).
+
+    A prototype has its class's colour and marker, large and outlined; those of a set without classes are white hexagons.
+
+    Parameters
+    ----------
+    sets : Prototypes, or a sequence or mapping of them
+        The sets; the keys of a mapping are used as titles.
+    classes : EffectClasses
+        The classes that colour the samples.
+    axes : matplotlib Axes or a sequence of them, optional
+        One for each set; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    named = _named_sets(sets)
+    _expect("classes", classes, EffectClasses)
+    columns = 1 if len(named) == 1 else 2
+    rows = math.ceil(len(named) / columns)
+    panels = _axes(axes, len(named), (5.0 * columns, 3.6 * rows + 0.7), columns=columns)
+    for i, (panel, (title, prototypes)) in enumerate(zip(panels, named.items(), strict=True)):
+        _scatter(panel, classes, size=7, alpha=0.28)
+        _draw_prototypes(panel, prototypes)
+        letter = f"({'abcdefghijklmnopqrstuvwxyz'[i % 26]}) " if len(named) > 1 else ""
+        panel.set_title(f"{letter}{title}: {len(prototypes)} prototypes", fontsize=10)
+    handles = _class_handles(classes)
+    if any(prototypes.classes is None for prototypes in named.values()):
+        handles.append(
+            _handle("white", "h", "prototype without a class", markeredgecolor=INK, markeredgewidth=1.1, markersize=9)
+        )
+    _figure_legend(panels[0], handles, "lower center", ncols=4)
+    words = "; ".join(f"{title}, {_describe_set(prototypes)}" for title, prototypes in named.items())
+    return _finish(panels[0], f"Sets of prototypes in motion space, over the faint samples: {words}.")
+
+
+def _named_sets(sets: Any) -> dict[str, Prototypes]:
+    if isinstance(sets, Prototypes):
+        sets = [sets]
+    if not isinstance(sets, Mapping):
+        sets = {f"{i}": one for i, one in enumerate(_expect("sets", sets, Iterable))}
+        named = {_set_name(_expect("sets", one, Prototypes)): one for one in sets.values()}
+        sets = (
+            named if len(named) == len(sets) else {f"{one.method} {i}": one for i, one in enumerate(sets.values(), 1)}
+        )
+    if not sets:
+        raise ValueError("sets must hold at least one set of prototypes, but it is empty.")
+    return {str(title): _expect("sets", one, Prototypes) for title, one in sets.items()}
+
+
+def _set_name(prototypes: Prototypes) -> str:
+    name = SET_NAMES.get(prototypes.method, prototypes.method)
+    return name.format(max(prototypes.settings.get("xi", [len(prototypes)]))) if "{}" in name else name
+
+
+def _draw_prototypes(ax: Axes, prototypes: Prototypes) -> None:
+    labels = np.zeros(len(prototypes), int) if prototypes.classes is None else prototypes.classes
+    for (x, y), number in zip(prototypes.motions.tolist(), labels.tolist(), strict=True):
+        color, marker = class_style(number) if number else ("white", "h")
+        ax.plot(x, y, marker, markersize=14, color="white", zorder=4, clip_on=False)
+        ax.plot(
+            x, y, marker, markersize=11, color=color, markeredgecolor=INK, markeredgewidth=1.3, zorder=5, clip_on=False
+        )
+
+
+def _describe_set(prototypes: Prototypes) -> str:
+    if prototypes.classes is None:
+        return f"{len(prototypes)} prototypes without a class"
+    numbers, counts = np.unique(prototypes.classes, return_counts=True)
+    return f"{len(prototypes)} prototypes ({', '.join(f'C{n}: {c}' for n, c in zip(numbers, counts, strict=True))})"
+
+
+def plot_prototype_trajectories(
+    world: StairWorld,
+    prototypes: Prototypes,
+    classes: EffectClasses,
+    numbers: Sequence[int] | None = None,
+    axes: Sequence[Axes] | None = None,
+) -> Figure:
+    """Draw the paths of the prototypes of some classes, performed from the start pose (figure 5, Appendix A).
+
+    Each cube at the end has the colour of the class that the jump reached (nearest mean effect), grey off the map: where it
+    differs from the path's colour, the prototype did not do what its class stands for.
+
+    Parameters
+    ----------
+    world : StairWorld
+        Where to perform them. Its state afterwards is what it was before.
+    prototypes : Prototypes
+        A set with classes.
+    classes : EffectClasses
+        Its classes.
+    numbers : sequence of int, optional
+        Classes to show, a panel for each; by default those that gain one and two steps, or where there are none, the last two.
+    axes : sequence of matplotlib Axes, optional
+        One for each class; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    _expect("world", world, StairWorld)
+    _expect("classes", classes, EffectClasses)
+    if _expect("prototypes", prototypes, Prototypes).classes is None:
+        raise ValueError(f"prototypes must have classes, but this set ({prototypes.method}) has none.")
+    numbers = _climbing_classes(classes) if numbers is None else list(numbers)
+    if not numbers or not set(numbers) <= set(classes.numbers):
+        raise ValueError(f"numbers must be one or more classes from 1 to {classes.n_classes}, not {numbers}.")
+    jumps = {number: _jumps_of(world, prototypes.of_class(number)) for number in numbers}
+    top = max([world.staircase.top + 0.3, *(float(path.z.max()) + 0.12 for each in jumps.values() for _, path in each)])
+    width, legend = 5.0, 0.2 * max(len(each) for each in jumps.values()) + 1.1
+    height = (
+        (width - 0.8) * (top + 0.16) / (min(world.staircase.end, float(world.staircase.risers[-1]) + SEEN_AHEAD) + 0.35)
+    )
+    shrink = min(1.0, 5.2 / height)
+    size = ((width * shrink + 0.4) * len(numbers), height * shrink + legend)
+    panels = _axes(axes, len(numbers), size, columns=len(numbers))
+    names, words = class_names(classes), []
+    for i, (panel, number) in enumerate(zip(panels, numbers, strict=True)):
+        _draw_stairs(panel, world.staircase, top, 0.0)
+        reached = [_draw_prototype_jump(panel, j, *made, number, classes) for j, made in enumerate(jumps[number])]
+        panel.set_title(f"{f'({chr(97 + i)}) ' if len(numbers) > 1 else ''}{names[number]}", fontsize=10)
+        if reached:
+            panel.legend(
+                loc="upper center",
+                bbox_to_anchor=(0.5, 0),
+                borderaxespad=BELOW,
+                fontsize=9,
+                frameon=False,
+                handlelength=2.8,
+            )
+        words.append(f"C{number}: {'; '.join(reached) or 'no prototype'}")
+    return _finish(panels[0], f"Side view of the stairs with the paths of prototypes. {'. '.join(words)}.")
+
+
+def _climbing_classes(classes: EffectClasses) -> list[int]:
+    glosses = class_glosses(classes)
+    wanted = [n for steps in ("1 step", "2 steps") for n, gloss in glosses.items() if gloss.split(",")[0] == steps]
+    return sorted(wanted or list(classes.numbers)[-2:])[:2]
+
+
+def _jumps_of(world: StairWorld, motions: np.ndarray) -> list[tuple[Jump, Any]]:
+    before, jumps = world.state, []
+    for magnitude, angle in motions.tolist():
+        world.reset()
+        jump = world.jump(magnitude, angle, trajectory=True)
+        jumps.append((jump, jump.trajectory))
+    world.reset(before)
+    return jumps
+
+
+def _draw_prototype_jump(ax: Axes, place: int, jump: Jump, path: Any, number: int, classes: EffectClasses) -> str:
+    effect = [jump.effect[classes.samples.effect_names.index(name)] for name in classes.features]
+    reached = int(classes.nearest_mean(np.array([effect]))[0]) if jump.on_map else OFF_THE_MAP
+    words = f"ends in $C_{{{reached}}}$" if reached else "ends off the map"
+    words += f", not $C_{{{number}}}$" if reached and reached != number else ""
+    label = f"{jump.magnitude:.0f} N, {jump.angle:.0f}°: {words}"
+    ax.plot(
+        path.y,
+        path.z,
+        color=class_style(number).color,
+        linestyle=LINES[place % len(LINES)],
+        linewidth=1.8,
+        label=label,
+        zorder=3,
+    )
+    ends = class_style(reached).color if reached else OFF_MAP
+    _draw_cube(ax, *_pose(jump.start))
+    _draw_cube(ax, *_pose(jump.end), facecolor=ends, alpha=0.9, clip_on=True)
+    return label.replace("$C_{", "C").replace("}$", "")
+
+
+# Figure 6: continuous and discrete effects
+
+
+def plot_effect_distributions(samples: Samples, axes: Sequence[Axes] | None = None) -> Figure:
+    """Draw how dy and dz of the jumps that ended on the map are distributed: continuous against discrete (figure 6, Appendix B).
+
+    Parameters
+    ----------
+    samples : Samples
+        Jumps on the stairs.
+    axes : sequence of two matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    dy, dz = _expect("samples", samples, Samples).on_the_map().effect("dy", "dz").T
+    panels = _axes(axes, 2, (10.0, 3.9), columns=2)
+    for panel, values, name, letter, kind in zip(panels, (dy, dz), "yz", "ab", ("continuous", "discrete"), strict=True):
+        bins = np.arange(math.floor(values.min() / BIN) - 1, math.ceil(values.max() / BIN) + 2) * BIN - BIN / 2
+        heights, edges = np.histogram(values, bins)
+        panel.stairs(heights, edges, fill=True, baseline=0.1, color=INK if name == "y" else COLORS[1])
+        panel.set(yscale="log", ylim=(0.6, 3 * heights.max()))
+        panel.set(xlabel=f"effect Δ{name} [m]", ylabel=f"jumps in a bin of {BIN} m (logarithmic)")
+        panel.yaxis.set_major_formatter("{x:.0f}")
+        panel.set_title(f"({letter}) Δ{name}: {kind}", fontsize=10)
+        panel.spines[["top", "right"]].set_visible(False)
+    levels, counts = np.unique(np.round(dz, 1) + 0.0, return_counts=True)
+    for level, count in zip(levels, counts, strict=True):
+        panels[1].annotate(f"{count}", (level, count), (0, 3), textcoords="offset points", ha="center", fontsize=9)
+    words = ", ".join(f"{count} at {level:.1f} m" for level, count in zip(levels, counts, strict=True))
+    return _finish(
+        panels[0],
+        f"Two histograms of {len(dy)} jumps. (a) The distance gained, Δy, is spread from {dy.min():.2f} to {dy.max():.2f} m. "
+        f"(b) The height gained, Δz, gathers at separate levels: {words}.",
+    )
+
+
+# The choice of k, the counts, reliability
+
+
+def plot_score_curve(
+    classes: EffectClasses | Mapping[str, EffectClasses], axes: Axes | Sequence[Axes] | None = None
+) -> Figure:
+    """Draw the score of each k that was tried, with the chosen k ringed; a panel for each criterion.
+
+    Parameters
+    ----------
+    classes : EffectClasses, or a mapping of names to them
+        Classes found by K-Means; several, such as those of the presets, are drawn over each other.
+    axes : matplotlib Axes or a sequence of them, optional
+        One for each criterion (silhouette first); a new figure by default.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    curves = dict(classes) if isinstance(classes, Mapping) else {"": classes}
+    for name, one in curves.items():
+        if _expect("classes", one, EffectClasses).scores.empty:
+            raise ValueError(
+                f"classes must come from K-Means; those on {', '.join(one.features)} {name} are histogram bins."
+            )
+    if not curves:
+        raise ValueError("classes must hold at least one set of classes, but it is empty.")
+    used = [
+        c for c in ("silhouette", "davies-bouldin") if any(one.settings["criterion"] == c for one in curves.values())
+    ]
+    panels = dict(zip(used, _axes(axes, len(used), (5.0 * len(used) + 1.0, 4.0), columns=len(used)), strict=True))
+    words = []
+    for place, (name, one) in enumerate(curves.items()):
+        _draw_curve(panels[one.settings["criterion"]], place, name, one)
+        listed = ", ".join(f"{k:.0f}: {score:.3f}" for k, score in one.scores.to_numpy())
+        words.append(f"{name} {one.settings['criterion']} {listed}; chosen k = {one.n_classes}".strip())
+    better = {
+        "silhouette": "silhouette score (higher is better)",
+        "davies-bouldin": "Davies-Bouldin index (lower is better)",
+    }
+    for criterion, panel in panels.items():
+        panel.set(xlabel="number of classes k", ylabel=better[criterion])
+        panel.xaxis.set_major_locator(MaxNLocator(integer=True))
+        panel.margins(x=0.1, y=0.14)
+        panel.grid(axis="y", color="#e5e5e5", zorder=0)
+        panel.spines[["top", "right"]].set_visible(False)
+        panel.legend(fontsize=9, frameon=False, loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=BELOW)
+    return _finish(
+        next(iter(panels.values())), f"Score by number of classes, the chosen one ringed. {'. '.join(words)}."
+    )
+
+
+def _draw_curve(ax: Axes, place: int, name: str, classes: EffectClasses) -> None:
+    ks, scores = classes.scores["k"].to_numpy(), classes.scores["score"].to_numpy()
+    label = f"{name}: k = {classes.n_classes} of {ks[0]} to {ks[-1]}".removeprefix(": ")
+    look: dict[str, Any] = {
+        "color": (INK, FAINT, COLORS[1])[place % 3],
+        "linestyle": LINES[place % 3],
+        "linewidth": 1.4,
+    }
+    ax.plot(ks, scores, marker="os^Dv"[place % 5], markersize=8 - 2 * (place % 2), label=label, **look)
+    chosen = ks == classes.n_classes
+    ring: dict[str, Any] = {"markersize": 16 + 3 * place, "markerfacecolor": "none", "markeredgecolor": PATH}
+    ax.plot(ks[chosen], scores[chosen], "o", markeredgewidth=1.6, **ring)
+
+
+def plot_prototype_counts(counts: pd.DataFrame, axes: Sequence[Axes] | None = None) -> Figure:
+    """Draw what equations 2 and 3 make of each class: normalised mean, standard deviation and cv, and the count xi.
+
+    Parameters
+    ----------
+    counts : pandas.DataFrame
+        As ``prototype_counts`` returns it.
+    axes : sequence of two matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    needed = ("mean", "std", "cv", "weight", "xi")
+    if not isinstance(counts, pd.DataFrame) or not set(needed) <= set(counts.columns):
+        raise TypeError(f"counts must be a table with the columns {', '.join(needed)}, as prototype_counts returns it.")
+    left, right = _axes(axes, 2, (10.0, 4.0), columns=2)
+    x = np.arange(len(counts))
+    shown = {"mean": "normalised mean $\\mu$", "std": "normalised spread $\\sigma$", "cv": "cv = $\\sigma/\\mu$"}
+    fills = (("#bdbdbd", ""), ("#6b6b6b", ""), ("white", "////"))
+    for i, ((column, label), (color, hatch)) in enumerate(zip(shown.items(), fills, strict=True)):
+        left.bar(
+            x + 0.27 * (i - 1),
+            counts[column],
+            0.25,
+            color=color,
+            hatch=hatch,
+            edgecolor=INK,
+            linewidth=0.7,
+            label=label,
+        )
+    low = min(0.0, float(counts[["mean", "std"]].min().min()), max(float(counts["cv"].min()), -1.0))
+    left.set(ylim=(1.1 * low, 1.25), ylabel="normalised value [no unit]")
+    left.legend(frameon=False, fontsize=9, ncols=3, loc="upper center", columnspacing=1.0, handlelength=1.4)
+    left.set_title("(a) what equation 2 is fed", fontsize=10)
+    styles = [class_style(n) for n in counts.index]
+    right.bar(x, counts["xi"], 0.6, color=[style.color for style in styles], edgecolor=INK, linewidth=0.7)
+    for place, (xi, style) in enumerate(zip(counts["xi"], styles, strict=True)):
+        right.annotate(f"{xi}", (place, xi), (0, 3), textcoords="offset points", ha="center")
+        right.plot(place, xi / 2, marker=style.marker, color="white", markeredgecolor=INK, markersize=9)
+    right.set(ylim=(0, 1.18 * counts["xi"].max()), ylabel=r"prototypes $\xi_k$ [count]")
+    right.yaxis.set_major_locator(MaxNLocator(integer=True))
+    right.set_title("(b) what comes out", fontsize=10)
+    for panel in (left, right):
+        panel.set_xticks(x, [f"$C_{{{n}}}$" for n in counts.index])
+        panel.set_xlabel("effect class")
+        panel.spines[["top", "right"]].set_visible(False)
+        panel.axhline(0, color=INK, linewidth=0.8)
+    rows = "; ".join(
+        f"C{n}: mean {r['mean']:.3f}, spread {r['std']:.3f}, cv {r['cv']:.2f}, xi {r['xi']:.0f}"
+        for n, r in counts.iterrows()
+    )
+    return _finish(left, f"Two bar charts by effect class. {rows}.")
+
+
+def plot_reliability(table: pd.DataFrame, ax: Axes | None = None) -> Figure:
+    """Draw how reliable sets of prototypes are: exactly, and under noise.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        Columns "method", "exact" and "under noise", and where there is one "on map": shares from 0 to 1, as ``Run.summary``
+        has them; NaN for a set without classes. Several rows of one method (several seeds) are drawn as small marks around their mean.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    if (
+        not isinstance(table, pd.DataFrame)
+        or not {"method", "exact", "under noise"} <= set(table.columns)
+        or table.empty
+    ):
+        raise TypeError("table must have rows and the columns method, exact and under noise.")
+    shown = {
+        "on map": ("ends on the map", "|", FAINT),
+        "exact": ("ends in its own class", "o", COLORS[1]),
+        "under noise": ("ends in its own class, under noise", "D", COLORS[4]),
+    }
+    methods = list(dict.fromkeys(table["method"]))
+    (ax,) = _axes(ax, 1, (8.0, 1.5 + 0.42 * len(methods)))
+    words = []
+    for row, method in enumerate(methods):
+        rows = table[table["method"] == method]
+        means = {c: float(rows[c].mean()) for c in shown if c in rows}
+        ax.plot([means["exact"], means["under noise"]], [row, row], color="#bbbbbb", linewidth=3, zorder=1)
+        for column, mean in means.items():
+            _, marker, color = shown[column]
+            ax.plot(
+                mean,
+                row,
+                marker,
+                color=color,
+                markersize=13 if marker == "|" else 8,
+                markeredgewidth=2 if marker == "|" else 0.5,
+                zorder=3,
+            )
+            if len(rows) > 1:
+                ax.plot(rows[column], [row] * len(rows), marker, color=color, markersize=3, alpha=0.5, zorder=2)
+        known = [f"{shown[c][0]} {100 * m:.0f} %" for c, m in means.items() if not math.isnan(m)]
+        words.append(f"{method}: {', '.join(known)}")
+        if math.isnan(means["exact"]):
+            ax.text(0.01, row, "has no classes to end in", fontsize=9, color="#5f5f5f", va="center",
+                    bbox={"facecolor": "white", "edgecolor": "none", "pad": 1})  # fmt: skip
+    ax.set_yticks(range(len(methods)), methods)
+    ax.set(
+        ylim=(len(methods) - 0.5, -0.5),
+        xlim=(0, 1.02),
+        xlabel="share of a set's prototypes, or of its noisy replays [%]",
+    )
+    ax.xaxis.set_major_formatter(PercentFormatter(1, symbol=""))
+    ax.grid(axis="x", color="#e5e5e5", zorder=0)
+    ax.spines[["top", "right", "left"]].set_visible(False)
+    ax.tick_params(axis="y", length=0)
+    handles = [_handle(color, m, label, markersize=11 if m == "|" else 8, markeredgewidth=2 if m == "|" else 0.5)
+               for column, (label, m, color) in shown.items() if column in table]  # fmt: skip
+    _figure_legend(ax, handles, "upper center", ncols=3)
+    return _finish(ax, f"Reliability of sets of prototypes. {'; '.join(words)}.")
+
+
+# How faithful the world is
+
+
+def plot_fidelity(fidelity: Fidelity, axes: Sequence[Axes] | None = None) -> Figure:
+    """Draw how replayed jumps agree with recorded ones: the outcomes as a table, and the two distributions of gaps to the next riser.
+
+    Parameters
+    ----------
+    fidelity : Fidelity
+        As ``measure_fidelity`` returns it.
+    axes : sequence of two matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    _expect("fidelity", fidelity, Fidelity)
+    left, right = _axes(axes, 2, (10.0, 4.3), columns=2)
+    _draw_confusion(left, fidelity.confusion)
+    left.set_title(
+        f"(a) same outcome: {100 * fidelity.agreement:.2f} ± {100 * fidelity.agreement_se:.2f} % of {fidelity.n} jumps",
+        fontsize=10,
+    )
+    for gaps, label, style, color in (
+        (fidelity.gaps_recorded, "recorded", "-", INK),
+        (fidelity.gaps_replayed, "replayed", "--", COLORS[4]),
+    ):
+        if len(gaps):
+            right.ecdf(np.maximum(1000 * gaps, 0.01), label=label, linestyle=style, color=color, linewidth=1.8)
+    right.set(
+        xscale="log",
+        xlim=(0.009, 700),
+        ylim=(0, 1.02),
+        xlabel="gap to the next riser [mm]",
+        ylabel="share of jumps with at most this gap [%]",
+    )
+    right.yaxis.set_major_formatter(PercentFormatter(1, symbol=""))
+    right.set_xticks([0.01, 0.1, 1, 10, 100], ["≤ 0.01", "0.1", "1", "10", "100"])
+    right.set_title(f"(b) gaps: Kolmogorov-Smirnov distance {fidelity.gap_ks:.3f}", fontsize=10)
+    right.grid(color="#e5e5e5")
+    right.spines[["top", "right"]].set_visible(False)
+    right.legend(frameon=False, loc="upper left")
+    return _finish(
+        left,
+        f"(a) Table of recorded against replayed outcomes: {100 * fidelity.agreement:.2f} % of {fidelity.n} jumps have the same. "
+        "(b) Cumulative distributions of the gap to the next riser, recorded and replayed: they differ by "
+        f"{fidelity.gap_ks:.3f} at most.",
+    )
+
+
+def _draw_confusion(ax: Axes, confusion: pd.DataFrame) -> None:
+    counts = confusion.to_numpy()
+    shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    ax.imshow(np.sqrt(shares), cmap="Blues", vmin=0, vmax=1.1, aspect="auto")
+    for (row, column), count in np.ndenumerate(counts):
+        color = "white" if shares[row, column] > 0.4 else INK if count else "#a0a0a0"
+        ax.text(column, row, f"{count}", ha="center", va="center", color=color, fontsize=10)
+    ax.set_xticks(
+        range(len(counts)), [str(name).replace("off the map", "off map") for name in confusion.columns], fontsize=9
+    )
+    ax.set_yticks(range(len(counts)), list(confusion.index), fontsize=9)
+    ax.set(xlabel="replayed outcome [jumps]", ylabel="recorded outcome [jumps]")
+    ax.tick_params(length=0)
+    ax.spines[:].set_visible(False)
+
+
+# What all of them use
+
+
+def _expect(name: str, value: Any, kind: Any) -> Any:
+    if not isinstance(value, kind):
+        wanted = " or ".join(one.__name__ for one in (kind if isinstance(kind, tuple) else (kind,)))
+        raise TypeError(f"{name} must be {wanted}, not {type(value).__name__}.")
+    return value
+
+
+def _axes(given: Any, count: int, size: tuple[float, float], columns: int = 1) -> list[Axes]:
+    """Return ``count`` axes: those given, or those of a new figure; unused places of its grid stay empty."""
+    if given is not None:
+        panels = [given] if isinstance(given, Axes) else list(np.ravel(given))
+        if len(panels) != count or not all(isinstance(panel, Axes) for panel in panels):
+            raise ValueError(f"axes must be {count} matplotlib Axes, one for each panel, not {given!r}.")
+        return panels
+    figure = _Picture(figsize=size, layout="constrained")
+    grid = figure.subplots(math.ceil(count / columns), columns, squeeze=False).ravel()
+    for unused in grid[count:]:
+        unused.remove()
+    return list(grid[:count])
+
+
+def _finish(ax: Axes, alt: str) -> Figure:
+    """Return the figure that ``ax`` is part of, with its alternative text."""
+    figure: FigureBase = ax.figure
+    while not isinstance(figure, Figure):  # a SubFigure
+        figure = figure.figure
+    before = getattr(figure, "stairlab_alt", "")
+    setattr(figure, "stairlab_alt", f"{before} {alt}".strip())  # noqa: B010
+    return figure
