@@ -38,12 +38,18 @@ impulse against it, while edges and corners grip with 1 """
 REBOUND_SPEED = 0.01
 """ Speed at which a riser gives the cube back [m/s], the same for every impact, as if bodies that overlap were pushed apart no faster:
 the recorded gap between cube and riser is this speed times the time that the cube then falls, to a few micrometres """
+SLIDING_RESTITUTION = 0.12
+""" Share of its speed that a riser gives back to a cube that slides into it, in contact with the ground or a tread ... """
+HARDEST_SLIDING_REBOUND = 2.9
+""" ... up to this speed [m/s]: of the recorded cubes that slid faster, nearly all ended flush with the riser """
 SOLVER_ITERATIONS = 50
 """ Iterations of the contact solver in each step: 10 leave a flush impact half solved (median error in y 0.7 mm instead of 0.1) """
 CONTACT_SLOP = 5e-6
 """ Overlap that is not corrected [m]: far below the gaps, and enough to keep a contact alive while the cube rests """
 SLOWEST_IMPACT = 0.02
 """ Below this speed a contact is resting, not an impact: no rebound [m/s] """
+STANDING = 1e-4
+""" A cube whose lower face is as near to the ground or a tread as this stands on it [m] """
 RELEASE_VELOCITY = -GRAVITY * TIME_STEP / 2
 """ Vertical velocity at the first step of the force [m/s]. Half a step of gravity ahead (leapfrog), the positions at the steps lie on
 the exact parabola. The recorded flights scatter about it, by whole steps: some last one step longer, some one shorter """
@@ -209,7 +215,7 @@ def build_space(staircase: Staircase, state: np.ndarray) -> tuple[pymunk.Space, 
     space.add(cube, shape)
     cube.position = float(state[1]), float(state[2])
     cube.angle = 2 * math.atan2(state[3], state[6])
-    space.on_collision(begin=_meet_riser)
+    space.on_collision(begin=_meet_riser, data=staircase)
     return space, cube
 
 
@@ -226,8 +232,8 @@ def overlap(staircase: Staircase, state: np.ndarray) -> float:
     return max((-point.distance for meeting in meetings for point in meeting.contact_point_set.points), default=0.0)
 
 
-def _meet_riser(arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
-    """Let the cube rebound from a riser with REBOUND_SPEED, and grip it less when a whole face meets it."""
+def _meet_riser(arbiter: pymunk.Arbiter, space: pymunk.Space, staircase: Staircase) -> None:
+    """Let the cube rebound from a riser, by how it meets it, and grip it less when a whole face does."""
     contacts = arbiter.contact_point_set
     normal_y, normal_z = contacts.normal
     if abs(normal_y) < 0.7:  # the ground or a tread
@@ -237,7 +243,9 @@ def _meet_riser(arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> N
     corners = [point.point_a for point in contacts.points]
     speed = max(abs((vy - spin * (cz - z)) * normal_y + (vz + spin * (cy - y)) * normal_z) for cy, cz in corners)
     if speed > SLOWEST_IMPACT:
-        arbiter.restitution = REBOUND_SPEED / speed
+        stands = abs(z - CUBE_EDGE / 2 - staircase.height_at(y)) < STANDING and abs(vz) < SLOWEST_IMPACT
+        slides = stands and speed < HARDEST_SLIDING_REBOUND
+        arbiter.restitution = SLIDING_RESTITUTION if slides else REBOUND_SPEED / speed
     if len(corners) == 2 and math.dist(*corners) > 0.99 * CUBE_EDGE:
         arbiter.friction = FLUSH_RISER_FRICTION
 
