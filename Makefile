@@ -21,6 +21,7 @@ bench: $(VENV)/all-installed
 	$(BIN)/python benchmarks/world.py
 	$(BIN)/python benchmarks/clustering.py
 	$(BIN)/python benchmarks/method.py
+	$(BIN)/python benchmarks/agents.py
 
 lab: $(VENV)/all-installed
 	$(BIN)/jupyter lab notebooks

@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from stairlab.agents import Training, count_parameters, load_agent, make_env, play, save_agent, train
     from stairlab.clustering import (
         HistogramBins,
         KMeans,
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
         silhouette_scores,
     )
     from stairlab.effects import EffectClasses
+    from stairlab.envs import DiscreteMotions, UpTheStairs
     from stairlab.fidelity import Fidelity, measure_fidelity
     from stairlab.physics import Staircase, Trajectory
     from stairlab.pipeline import Run, run_pipeline
@@ -37,6 +39,13 @@ if TYPE_CHECKING:
     from stairlab.world import Jump, StairWorld, World
 
 __version__ = "0.1.0"
+
+try:  # the core works without Gymnasium
+    from gymnasium.envs.registration import register as _register
+except ImportError:
+    pass
+else:
+    _register("stairlab/UpTheStairs-v0", entry_point="stairlab.envs:make_up_the_stairs", max_episode_steps=50)
 
 _MODULES = {
     "physics": ("Staircase", "Trajectory"),
@@ -62,11 +71,13 @@ _MODULES = {
         "uniform_prototypes",
     ),
     "fidelity": ("Fidelity", "measure_fidelity"),
+    "envs": ("DiscreteMotions", "UpTheStairs"),
+    "agents": ("Training", "count_parameters", "load_agent", "make_env", "play", "save_agent", "train"),
     "pipeline": ("Run", "run_pipeline"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
-__all__ = [
+__all__ = [  # a star import leaves out what needs the extra rl
     "EffectClasses",
     "Fidelity",
     "HistogramBins",
@@ -100,7 +111,12 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """Import a public name, or a module, when it is first used (PEP 562)."""
     if name in _HOME:
-        return getattr(import_module(f"stairlab.{_HOME[name]}"), name)
+        try:
+            return getattr(import_module(f"stairlab.{_HOME[name]}"), name)
+        except ModuleNotFoundError as error:
+            if _HOME[name] not in ("envs", "agents"):
+                raise
+            raise ImportError(f"stairlab.{name} needs {error.name}: pip install 'stairlab[rl]'.") from error
     if name in _MODULES or name in ("plots", "report", "cli"):
         return import_module(f"stairlab.{name}")
     raise AttributeError(f"module 'stairlab' has no attribute {name!r}")
@@ -108,4 +124,4 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """Return the public names."""
-    return sorted([*__all__, "__version__"])
+    return sorted([*_HOME, "__version__"])

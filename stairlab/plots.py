@@ -224,9 +224,9 @@ def plot_world(world_or_jump: StairWorld | Jump, staircase: Staircase | None = N
     top = max(stairs.top + 0.35, *(float(state[2]) + 0.2 for state in states))
     if isinstance(shown, Jump) and shown.trajectory is not None:
         top = max(top, float(shown.trajectory.z.max()) + 0.15)
-    _draw_stairs(ax, stairs, top, max(float(state[1]) for state in states))
+    draw_stairs(ax, stairs, top, max(float(state[1]) for state in states))
     if isinstance(shown, StairWorld):
-        _draw_cube(ax, *_pose(states[0]))
+        draw_cube(ax, *pose(states[0]))
         _draw_d_obs(ax, states[0])
         return _finish(ax, f"Side view of {stairs.n_steps} steps and the cube at {_place(states[0])}.")
     _draw_jump(ax, shown)
@@ -244,11 +244,13 @@ def _place(state: np.ndarray) -> str:
     return f"y = {state[1]:.2f} m, z = {state[2]:.2f} m"
 
 
-def _pose(state: np.ndarray) -> tuple[float, float, float]:
+def pose(state: np.ndarray) -> tuple[float, float, float]:
+    """Return y, z [m] and rotation [rad] of a state."""
     return float(state[1]), float(state[2]), 2 * math.atan2(state[3], state[6])
 
 
-def _draw_stairs(ax: Axes, stairs: Staircase, top: float, right: float) -> None:
+def draw_stairs(ax: Axes, stairs: Staircase, top: float, right: float) -> None:
+    """Draw the stairs from the side, up to the height ``top``, at least as far as y = ``right`` [m]."""
     seen = min(stairs.end, float(stairs.risers[-1]) + SEEN_AHEAD)
     begin, end, low = -0.1, max(seen, right) + 0.25, -0.16
     outline = [(begin, low), (begin, 0.0), (stairs.first_riser, 0.0)]
@@ -260,13 +262,19 @@ def _draw_stairs(ax: Axes, stairs: Staircase, top: float, right: float) -> None:
     ax.spines[["top", "right"]].set_visible(False)
 
 
-def _draw_cube(ax: Axes, y: float, z: float, rotation: float, **style: Any) -> None:
+def cube_corners(y: float, z: float, rotation: float) -> np.ndarray:
+    """Corners of the cube with its centre at ``y``, ``z`` [m], rotated by ``rotation`` [rad]; shape (4, 2)."""
     turned = rotation + math.pi / 4 + math.pi / 2 * np.arange(4)
-    corners = np.column_stack(
-        [y + CUBE_EDGE / math.sqrt(2) * np.cos(turned), z + CUBE_EDGE / math.sqrt(2) * np.sin(turned)]
-    )
+    reach = CUBE_EDGE / math.sqrt(2)
+    return np.column_stack([y + reach * np.cos(turned), z + reach * np.sin(turned)])
+
+
+def draw_cube(ax: Axes, y: float, z: float, rotation: float, **style: Any) -> Polygon:
+    """Draw the cube with its centre at ``y``, ``z`` [m], rotated by ``rotation`` [rad]."""
     look: dict[str, Any] = {"facecolor": CUBE, "edgecolor": INK, "linewidth": 1.0, "zorder": 4} | style
-    ax.add_patch(Polygon(corners, **look))
+    cube = Polygon(cube_corners(y, z, rotation), **look)
+    ax.add_patch(cube)
+    return cube
 
 
 def _draw_jump(ax: Axes, jump: Jump) -> None:
@@ -274,11 +282,11 @@ def _draw_jump(ax: Axes, jump: Jump) -> None:
         path = jump.trajectory
         ax.plot(path.y, path.z, color=PATH, linewidth=1.5, zorder=3, label="path of the centre")
         for i in _moments(path.y, path.z, 6):
-            _draw_cube(ax, path.y[i], path.z[i], path.rotation[i], facecolor="none", edgecolor=FAINT, zorder=2)
+            draw_cube(ax, path.y[i], path.z[i], path.rotation[i], facecolor="none", edgecolor=FAINT, zorder=2)
     for state in (jump.start, jump.end):
-        _draw_cube(ax, *_pose(state))
+        draw_cube(ax, *pose(state))
         _draw_d_obs(ax, state)
-    y, z, _ = _pose(jump.start)
+    y, z, _ = pose(jump.start)
     length, angle = 0.1 + 0.25 * jump.magnitude / 1000, math.radians(jump.angle)
     head = (y + length * math.cos(angle), z + length * math.sin(angle))
     ax.annotate("", head, (y, z), arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.8}, zorder=6)
@@ -552,7 +560,7 @@ def plot_prototype_trajectories(
     panels = _axes(axes, len(numbers), size, columns=len(numbers))
     names, words = class_names(classes), []
     for i, (panel, number) in enumerate(zip(panels, numbers, strict=True)):
-        _draw_stairs(panel, world.staircase, top, 0.0)
+        draw_stairs(panel, world.staircase, top, 0.0)
         reached = [_draw_prototype_jump(panel, j, *made, number, classes) for j, made in enumerate(jumps[number])]
         panel.set_title(f"{f'({chr(97 + i)}) ' if len(numbers) > 1 else ''}{names[number]}", fontsize=10)
         if reached:
@@ -600,8 +608,8 @@ def _draw_prototype_jump(ax: Axes, place: int, jump: Jump, path: Any, number: in
         zorder=3,
     )
     ends = class_style(reached).color if reached else OFF_MAP
-    _draw_cube(ax, *_pose(jump.start))
-    _draw_cube(ax, *_pose(jump.end), facecolor=ends, alpha=0.9, clip_on=True)
+    draw_cube(ax, *pose(jump.start))
+    draw_cube(ax, *pose(jump.end), facecolor=ends, alpha=0.9, clip_on=True)
     return label.replace("$C_{", "C").replace("}$", "")
 
 

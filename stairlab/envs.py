@@ -1,0 +1,256 @@
+"""Up The Stairs: the learning task of the paper (section 4) as a Gymnasium environment, and motion sets as discrete actions."""
+
+from __future__ import annotations
+
+from typing import Any, SupportsFloat
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+
+from stairlab._validation import finite_array, finite_number, one_of, whole_number
+from stairlab.physics import CUBE_EDGE, NO_RISER, Staircase
+from stairlab.prototypes import Prototypes
+from stairlab.world import FEATURES, Jump, StairWorld
+
+FRAME = (9.0, 6.0)
+""" Size of a rendered frame, in hundreds of pixels """
+HEADROOM = 2.0
+""" Height that a frame shows above the top of the stairs [m] """
+LAST_RUN = 10.0
+""" Depth of the last tread [m] """
+DEAD_BAND = 0.05
+""" Changes of height below it are jitter: no reward, no punishment [m] """
+PAPER_OBSERVATION = ("x", "y", "z", "d_obs")
+OBSERVATIONS = {"paper": PAPER_OBSERVATION, "full": FEATURES}
+FARTHEST_JUMP = 15.0
+""" No jump leads farther than this beyond the stairs [m] """
+FARTHEST_ASIDE = 3.0
+""" An episode ends when the cube is 2.46 m aside, and no jump drifts by more than 0.3 m [m] """
+
+
+class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
+    """Climb a staircase, one jump after the other.
+
+    ## Description
+
+    A cube stands before fifteen steps. In each step of the episode it makes one jump, from wherever the last one ended, and waits
+    until it rests. Single steps pay most: a jump that gains three steps earns as much as one that gains one.
+
+    ## Action Space
+
+    `Box([50, 1], [1000, 89], (2,), float32)`
+
+    | Num | Action | Min | Max | Unit |
+    |---|---|---|---|---|
+    | 0 | magnitude of the force | 50 | 1000 | N |
+    | 1 | angle above the +y axis | 1 | 89 | degrees |
+
+    ## Observation Space
+
+    `Box(4,)`, float32, as in the published wrappers; with `observation="full"` the eight features of the paper's text, `Box(8,)`.
+    Bounds for fifteen steps:
+
+    | paper | full | Observation | Min | Max | Unit |
+    |---|---|---|---|---|---|
+    | 0 | 0 | x, to the side | -3 | 3 | m |
+    | 1 | 1 | y, forward | -15 | 31.2 | m |
+    | 2 | 2 | z, height of the centre | 0 | 4.6 | m |
+    | | 3 | qx of the quaternion | -1 | 1 | |
+    | | 4 | qy | -1 | 1 | |
+    | | 5 | qz | -1 | 1 | |
+    | | 6 | qw | -1 | 1 | |
+    | 3 | 7 | d_obs, distance to the next riser; 10 where there is none | 0 | 10 | m |
+
+    ## Rewards
+
+    For a change of height dz in a jump (equation 5, read as the text means it, see below):
+
+    - 1 if dz > 0.05 m, however many steps that is;
+    - dz / 0.3 if dz < -0.05 m: falling costs 1 for each step fallen;
+    - 0 else, because resting heights jitter.
+
+    Equation 5 prints `-dz / 0.3`, which would reward falling; the text ("punishes falling") and the published code have it
+    negative. The best return is the number of steps, 15, and only single steps reach it.
+
+    ## Starting State
+
+    The cube stands upright and at rest at y = 0.25 m, before the first riser at y = 0.6 m.
+
+    ## Episode End
+
+    - Termination: the cube leaves the map (0 < y < end of the last tread - 0.04 m, |x| < 2.46 m), or rests on the last tread.
+    - Truncation: after 50 jumps, by the `TimeLimit` wrapper of `gymnasium.make`.
+
+    ## Arguments
+
+    - `n_steps=15`: steps of the staircase; the last tread is 10 m deep.
+    - `observation="paper"`: or `"full"`.
+    - `actuation_noise=0.0`: standard deviation of the force, relative to it.
+    - `x_drift=False`: let x drift by the model of `StairWorld`.
+    - `render_mode=None`: or `"rgb_array"`.
+
+    `info` holds `steps` (steps climbed, 0 on the ground), `height` [m], `on_map`, and `duration` (simulated time of the jump [s]).
+
+    ## Version History
+
+    - v0: first version.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 2}  # noqa: RUF012
+
+    def __init__(
+        self,
+        *,
+        n_steps: int = 15,
+        observation: str = "paper",
+        actuation_noise: float = 0.0,
+        x_drift: bool = False,
+        render_mode: str | None = None,
+    ) -> None:
+        if render_mode == "human":
+            raise ValueError(
+                'render_mode "human" would need a display; use render_mode="rgb_array" and show the frames, as a notebook does.'
+            )
+        if render_mode is not None:
+            one_of("render_mode", render_mode, self.metadata["render_modes"])
+        names = OBSERVATIONS[one_of("observation", observation, OBSERVATIONS)]
+        self.actuation_noise = finite_number("actuation_noise", actuation_noise, low=0, high=1)
+        self.render_mode = render_mode
+        self.world = StairWorld(Staircase(whole_number("n_steps", n_steps, low=1), last_run=LAST_RUN), x_drift=x_drift)
+        self.action_space = spaces.Box(
+            self.world.motion_low.astype(np.float32), self.world.motion_high.astype(np.float32), dtype=np.float32
+        )
+        self._features = [FEATURES.index(name) for name in names]
+        low, high = self._bounds()
+        self.observation_space = spaces.Box(low[self._features], high[self._features], dtype=np.float32)
+        self._last_jump: Jump | None = None
+        self._canvas: _Canvas | None = None
+
+    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        stairs = self.world.staircase
+        low = [-FARTHEST_ASIDE, -FARTHEST_JUMP, 0.0, -1.0, -1.0, -1.0, -1.0, 0.0]
+        high = [FARTHEST_ASIDE, stairs.end + FARTHEST_JUMP, stairs.top + CUBE_EDGE, 1.0, 1.0, 1.0, 1.0, NO_RISER]
+        return np.array(low, dtype=np.float32), np.array(high, dtype=np.float32)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Put the cube into the start pose; see Gymnasium's ``Env.reset``."""
+        super().reset(seed=seed)
+        self._last_jump = None
+        return self._observe(self.world.reset()), self._info()
+
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, SupportsFloat, bool, bool, dict[str, Any]]:
+        """Jump; see Gymnasium's ``Env.step``. Raises a ValueError for an action outside the space."""
+        magnitude, angle = self._noisy(finite_array("action", action, ndim=1)).tolist()
+        shown = self.render_mode is not None
+        jump = self._last_jump = self.world.jump(magnitude, angle, self.np_random, trajectory=shown)
+        top = self.world.staircase.top + CUBE_EDGE / 2 - DEAD_BAND
+        terminated = not jump.on_map or bool(jump.end[2] > top)
+        return self._observe(jump.end), self.reward(jump.dz), terminated, False, self._info()
+
+    def _noisy(self, motion: np.ndarray) -> np.ndarray:
+        if self.actuation_noise:
+            motion = motion * [1 + self.actuation_noise * self.np_random.standard_normal(), 1]
+            motion = np.clip(motion, self.world.motion_low, self.world.motion_high)
+        return motion
+
+    def reward(self, dz: float) -> float:
+        """Return the reward for a change of height [m] (equation 5, as its text means it)."""
+        if dz > DEAD_BAND:
+            return 1.0
+        return dz / self.world.staircase.rise if dz < -DEAD_BAND else 0.0
+
+    def _observe(self, state: np.ndarray) -> np.ndarray:
+        return state[self._features].astype(np.float32)
+
+    def _info(self) -> dict[str, Any]:
+        state, jump = self.world.state, self._last_jump
+        height = float(state[2]) - CUBE_EDGE / 2
+        return {
+            "steps": round(height / self.world.staircase.rise),
+            "height": height,
+            "on_map": self.world.on_map(state),
+            "duration": jump.duration if jump else 0.0,
+        }
+
+    def render(self) -> np.ndarray | None:
+        """Return a picture of stairs, cube and the path of the last jump, shape (600, 900, 3), uint8; None without a render mode."""
+        if self.render_mode is None:
+            gym.logger.warn('To see anything, make the environment with render_mode="rgb_array".')
+            return None
+        self._canvas = self._canvas or _Canvas(self.world.staircase)
+        return self._canvas.frame(self.world.state, self._last_jump)
+
+
+def make_up_the_stairs(**options: Any) -> UpTheStairs:
+    """Make the environment for ``gymnasium.make``, which hands on "human" to a function (to be refused in words), not to a class."""
+    return UpTheStairs(**options)
+
+
+class _Canvas:
+    """Draws the stairs once, and for each frame only what moves."""
+
+    def __init__(self, staircase: Staircase) -> None:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        from stairlab import plots
+
+        self.plots = plots
+        self.agg = FigureCanvasAgg(Figure(figsize=FRAME, dpi=100, layout="tight"))
+        self.ax = self.agg.figure.add_subplot()
+        plots.draw_stairs(self.ax, staircase, staircase.top + HEADROOM, 0.0)
+        (self.path,) = self.ax.plot([], [], color=plots.PATH, linewidth=1.5, animated=True)
+        self.cube = plots.draw_cube(self.ax, 0.0, 0.0, 0.0, animated=True)
+        self.agg.draw()
+        self.stairs = self.agg.copy_from_bbox(self.agg.figure.bbox)
+
+    def frame(self, state: np.ndarray, jump: Jump | None) -> np.ndarray:
+        path = jump.trajectory if jump else None
+        self.path.set_data(([], []) if path is None else (path.y, path.z))
+        self.cube.set_xy(self.plots.cube_corners(*self.plots.pose(state)))
+        self.agg.restore_region(self.stairs)
+        self.ax.draw_artist(self.path)
+        self.ax.draw_artist(self.cube)
+        return np.asarray(self.agg.buffer_rgba())[..., :3].copy()
+
+
+class DiscreteMotions(gym.ActionWrapper[np.ndarray, np.int64, np.ndarray]):
+    """Let an agent choose among the motions of a set: the action i performs motion i.
+
+    Parameters
+    ----------
+    env : gymnasium.Env
+        Any environment with a Box action space of one dimension.
+    prototypes : Prototypes or array-like of shape (n_motions, n_parameters)
+        The motions, all different, in the units of the environment's actions.
+
+    Raises
+    ------
+    ValueError
+        If the set is empty, has equal motions, has another number of parameters, or leaves the action space; or the action space
+        is not a Box of one dimension.
+    """
+
+    def __init__(self, env: gym.Env, prototypes: Prototypes | np.ndarray) -> None:
+        super().__init__(env)
+        box = env.action_space
+        if not isinstance(box, spaces.Box) or len(box.shape) != 1:
+            raise ValueError(f"env must have a Box action space of one dimension, not {box}.")
+        motions = prototypes.motions if isinstance(prototypes, Prototypes) else prototypes
+        motions = finite_array("prototypes", motions, columns=box.shape[0])
+        self.motions = motions.astype(box.dtype)
+        outside = ((self.motions < box.low) | (self.motions > box.high)).any(axis=1)
+        if outside.any():
+            raise ValueError(
+                f"prototypes must lie in {box}, but motion {int(np.argmax(outside))} is {motions[np.argmax(outside)]}."
+            )
+        if len(np.unique(self.motions, axis=0)) < len(motions):
+            raise ValueError("prototypes must all be different, but some motions are there more than once.")
+        self.action_space = spaces.Discrete(len(motions))
+
+    def action(self, action: np.int64) -> np.ndarray:
+        """Return the motion of an action, shape (n_parameters,)."""
+        return self.motions[action]

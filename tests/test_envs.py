@@ -1,0 +1,216 @@
+"""Up The Stairs, and motion sets as discrete actions."""
+
+import warnings
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from stable_baselines3.common.env_checker import check_env as check_env_of_sb3
+
+import stairlab
+from stairlab import DiscreteMotions, Staircase, StairWorld, uniform_prototypes
+from stairlab.envs import UpTheStairs
+
+CLIMB = np.array([330.0, 68.0], dtype=np.float32)  # one step, from the start pose
+
+
+def make(**options):
+    return gym.make("stairlab/UpTheStairs-v0", **options)
+
+
+def rollout(env, seed, jumps=12):
+    observation, info = env.reset(seed=seed)
+    env.action_space.seed(seed)
+    seen = [(observation.tolist(), 0.0, False, False, info)]
+    for _ in range(jumps):
+        observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+        seen.append((observation.tolist(), reward, terminated, truncated, info))
+        if terminated or truncated:
+            env.reset()
+    return seen
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"observation": "full"}, {"actuation_noise": 0.1, "x_drift": True}, {"n_steps": 4}]
+)
+def test_it_passes_the_checks_of_gymnasium_and_stable_baselines_with_one_warning(options):
+    for check in (check_env, check_env_of_sb3):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            check(make(**options).unwrapped)
+        said = [str(warning.message) for warning in caught]
+        assert len(said) <= 1
+        assert all("symmetric and normalized" in words for words in said)
+
+
+def test_it_is_registered_with_a_time_limit_of_fifty_jumps():
+    env = make()
+    assert stairlab.__version__
+    assert env.spec.max_episode_steps == 50
+    low, high = env.action_space.low, env.action_space.high
+    assert (low.tolist(), high.tolist()) == ([50, 1], [1000, 89])
+
+
+@pytest.mark.parametrize("options", [{}, {"actuation_noise": 0.05, "x_drift": True}])
+def test_equal_seeds_give_equal_rollouts_step_by_step(options):
+    assert rollout(make(**options), seed=4) == rollout(make(**options), seed=4)
+
+
+def test_noise_and_drift_follow_the_seed_and_are_off_by_default():
+    options = {"actuation_noise": 0.05, "x_drift": True}
+    noisy, other = (make(**options) for _ in range(2))
+    noisy.reset(seed=1)
+    other.reset(seed=2)
+    assert noisy.step(CLIMB)[0].tolist() != other.step(CLIMB)[0].tolist()
+    plain, again = make(), make()
+    plain.reset(seed=1)
+    again.reset(seed=2)
+    assert plain.step(CLIMB)[0].tolist() == again.step(CLIMB)[0].tolist()
+
+
+def test_the_observation_is_that_of_the_world():
+    env, world = make(observation="full"), StairWorld(Staircase(15, last_run=10.0))
+    first, _ = env.reset(seed=0)
+    np.testing.assert_allclose(first, world.reset(), atol=1e-6)
+    np.testing.assert_allclose(env.step(CLIMB)[0], world.jump(*map(float, CLIMB)).end, atol=1e-6)
+    assert make().reset()[0].tolist() == pytest.approx([0, 0.25, 0.05, 0.35], abs=1e-6)
+
+
+def test_observations_stay_within_their_bounds():
+    env = make(x_drift=True)
+    for seed in range(3):
+        for observation, *_ in rollout(env, seed, jumps=30):
+            assert env.observation_space.contains(np.array(observation, dtype=np.float32))
+
+
+@pytest.mark.parametrize(
+    ("dz", "reward"),
+    [(0.3, 1), (1.2, 1), (0.051, 1), (0.05, 0), (0.004, 0), (0, 0), (-0.05, 0), (-0.3, -1), (-0.6, -2), (-4.2, -14)],
+)
+def test_rising_pays_one_falling_costs_one_a_step_and_jitter_nothing(dz, reward):
+    assert UpTheStairs().reward(dz) == pytest.approx(reward)
+
+
+def test_a_step_up_pays_one_and_info_tells_where_the_cube_is():
+    env = make()
+    env.reset()
+    _, reward, terminated, truncated, info = env.step(CLIMB)
+    assert (reward, terminated, truncated) == (1.0, False, False)
+    assert info["steps"] == 1
+    assert info["height"] == pytest.approx(0.3, abs=1e-3)
+    assert info["on_map"] is True
+    assert info["duration"] >= 1
+
+
+def test_resting_on_the_top_ends_the_episode():
+    env = make(n_steps=1)
+    env.reset()
+    _, reward, terminated, _, info = env.step(CLIMB)
+    assert (reward, terminated, info["steps"]) == (1.0, True, 1)
+
+
+def test_leaving_the_map_ends_the_episode():
+    env = make(n_steps=1)
+    env.reset()
+    env.unwrapped.world.reset(env.unwrapped.world.state_at(1.0, 0.35))
+    *_, terminated, _, info = env.step(np.array([1000, 30], dtype=np.float32))
+    assert terminated or info["on_map"]
+    env = UpTheStairs(n_steps=1)
+    env.reset()
+    env.world.reset(env.world.state_at(env.world.staircase.end - 0.5, 0.35))
+    *_, terminated, _, info = env.step(np.array([1000, 45], dtype=np.float32))
+    assert (terminated, info["on_map"]) == (True, False)
+
+
+def test_the_time_limit_truncates_after_fifty_jumps():
+    env = make()
+    env.reset()
+    for jump in range(1, 51):
+        *_, terminated, truncated, _ = env.step(np.array([50, 89], dtype=np.float32))
+        assert (terminated, truncated) == (False, jump == 50)
+
+
+def test_a_frame_shows_stairs_cube_and_the_last_path():
+    env = make(render_mode="rgb_array")
+    env.reset()
+    before = env.render()
+    env.step(CLIMB)
+    after = env.render()
+    assert before.shape == after.shape == (600, 900, 3)
+    assert before.dtype == np.uint8
+    assert (before != after).any()
+    assert np.abs(after.astype(int) - (192, 57, 43)).sum(axis=2).min() < 60  # the path is drawn
+
+
+def test_rendering_changes_no_outcome():
+    shown, plain = make(render_mode="rgb_array"), make()
+    assert rollout(shown, seed=2) == rollout(plain, seed=2)
+
+
+def test_a_display_is_refused_with_what_to_use_instead():
+    with pytest.raises(ValueError, match='use render_mode="rgb_array"'):
+        make(render_mode="human")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"n_steps": 0}, "n_steps must be at least 1"),
+        ({"observation": "camera"}, "observation must be one of 'paper', 'full'"),
+        ({"actuation_noise": -0.1}, "actuation_noise must be between 0 and 1"),
+        ({"render_mode": "ansi"}, "render_mode must be one of 'rgb_array'"),
+    ],
+)
+def test_bad_options_are_refused_by_name(options, message):
+    with pytest.raises(ValueError, match=message):
+        UpTheStairs(**options)
+
+
+def test_actions_outside_the_space_are_refused():
+    env = UpTheStairs()
+    env.reset()
+    with pytest.raises(ValueError, match="magnitude must be between 50 and 1000"):
+        env.step(np.array([2000, 45]))
+    with pytest.raises(ValueError, match="action must be finite"):
+        env.step(np.array([np.nan, 45]))
+
+
+def test_a_motion_set_becomes_discrete_actions():
+    prototypes = uniform_prototypes(StairWorld())
+    env = DiscreteMotions(make(), prototypes)
+    assert env.action_space == gym.spaces.Discrete(16)
+    direct = make()
+    env.reset()
+    direct.reset()
+    for action in (3, 9, 6):
+        one, other = env.step(action), direct.step(prototypes.motions[action].astype(np.float32))
+        assert one[0].tolist() == other[0].tolist()
+        assert one[1:4] == other[1:4]
+
+
+def test_any_environment_with_a_box_of_actions_can_be_made_discrete():
+    env = DiscreteMotions(gym.make("Pendulum-v1"), [[-2.0], [0.0], [2.0]])
+    env.reset(seed=0)
+    assert env.action_space == gym.spaces.Discrete(3)
+    assert len(env.step(2)) == 5
+
+
+@pytest.mark.parametrize(
+    ("motions", "message"),
+    [
+        (np.empty((0, 2)), "prototypes must have at least 1 row"),
+        ([[500, 45, 1]], r"prototypes must have the shape \(n, 2\)"),
+        ([[500, 45], [500, 45]], "more than once"),
+        ([[500, 45], [2000, 45]], "but motion 1 is"),
+        ([[np.nan, 45]], "prototypes must be finite"),
+    ],
+)
+def test_bad_motion_sets_are_refused(motions, message):
+    with pytest.raises(ValueError, match=message):
+        DiscreteMotions(make(), motions)
+
+
+def test_an_environment_without_a_box_of_actions_is_refused():
+    with pytest.raises(ValueError, match="env must have a Box action space"):
+        DiscreteMotions(gym.make("CartPole-v1"), [[1.0]])
