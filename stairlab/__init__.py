@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from stairlab.fidelity import Fidelity, measure_fidelity
     from stairlab.physics import Staircase, Trajectory
     from stairlab.pipeline import Run, run_pipeline
+    from stairlab.planning import Plan, best_return
     from stairlab.prototypes import (
         Prototypes,
         Reliability,
@@ -54,13 +55,15 @@ _MODULES = {
     "clustering": (
         "HistogramBins",
         "KMeans",
+        "KMeansStep",
+        "RGNGStep",
         "RobustGrowingNeuralGas",
         "davies_bouldin_score",
         "silhouette_samples",
         "silhouette_score",
         "silhouette_scores",
     ),
-    "effects": ("EffectClasses",),
+    "effects": ("PRESETS", "EffectClasses"),
     "prototypes": (
         "Prototypes",
         "Reliability",
@@ -70,42 +73,31 @@ _MODULES = {
         "reliability",
         "uniform_prototypes",
     ),
-    "fidelity": ("Fidelity", "measure_fidelity"),
+    "planning": ("Plan", "best_return"),
+    "fidelity": ("Fidelity", "measure_fidelity", "riser_gaps"),
     "envs": ("DiscreteMotions", "UpTheStairs"),
     "agents": ("Training", "count_parameters", "load_agent", "make_env", "play", "save_agent", "train"),
     "pipeline": ("Run", "run_pipeline"),
+    "report": ("write_report",),
+    "plots": (
+        "plot_effect_classes",
+        "plot_effect_distributions",
+        "plot_feature_comparison",
+        "plot_fidelity",
+        "plot_prototype_counts",
+        "plot_prototype_trajectories",
+        "plot_prototypes",
+        "plot_reliability",
+        "plot_score_curve",
+        "plot_world",
+        "save_figure",
+    ),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
-__all__ = [  # a star import leaves out what needs the extra rl
-    "EffectClasses",
-    "Fidelity",
-    "HistogramBins",
-    "Jump",
-    "KMeans",
-    "Prototypes",
-    "Reliability",
-    "RobustGrowingNeuralGas",
-    "Run",
-    "Samples",
-    "StairWorld",
-    "Staircase",
-    "Trajectory",
-    "World",
-    "davies_bouldin_score",
-    "effect_prototypes",
-    "measure_fidelity",
-    "prototype_counts",
-    "random_prototypes",
-    "reliability",
-    "replay_motions",
-    "run_pipeline",
-    "sample_motions",
-    "silhouette_samples",
-    "silhouette_score",
-    "silhouette_scores",
-    "uniform_prototypes",
-]
+_EXTRA = ("envs", "agents")
+""" Modules that need the extra rl; a star import leaves them out """
+__all__ = sorted(name for name, module in _HOME.items() if module not in _EXTRA)
 
 
 def __getattr__(name: str) -> Any:
@@ -114,7 +106,7 @@ def __getattr__(name: str) -> Any:
         try:
             return getattr(import_module(f"stairlab.{_HOME[name]}"), name)
         except ModuleNotFoundError as error:
-            if _HOME[name] not in ("envs", "agents"):
+            if _HOME[name] not in _EXTRA:
                 raise
             raise ImportError(f"stairlab.{name} needs {error.name}: pip install 'stairlab[rl]'.") from error
     if name in _MODULES or name in ("plots", "report", "cli"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numbers
+import zlib
 from collections.abc import Iterable
 from typing import Any
 
@@ -56,7 +57,10 @@ def finite_array(name: str, value: Any, *, columns: int | None = None, ndim: int
     """Return ``value`` as a finite float array of ``ndim`` dimensions, ``min_rows`` rows at least."""
     expected = f"(n, {columns})" if columns else {1: "(n,)", 2: "(n, m)"}[ndim]
     try:
-        array = np.asarray(value, dtype=float)
+        array = np.asarray(value)
+        if array.dtype.kind in "USc":  # neither text nor complex numbers
+            raise TypeError
+        array = array.astype(float)
     except (TypeError, ValueError):
         raise TypeError(f"{name} must be an array of numbers of shape {expected}, not {value!r:.80}.") from None
     if array.ndim != ndim or (columns is not None and array.shape[1] != columns):
@@ -69,8 +73,19 @@ def finite_array(name: str, value: Any, *, columns: int | None = None, ndim: int
     return array
 
 
-def seed_sequence(seed: Seed, name: str = "seed") -> np.random.SeedSequence:
-    """Return ``seed`` as a fresh ``SeedSequence``, so that using it leaves the caller's own untouched."""
-    if isinstance(seed, np.random.SeedSequence):
-        return np.random.SeedSequence(seed.entropy, spawn_key=seed.spawn_key, pool_size=seed.pool_size)
-    return np.random.SeedSequence(whole_number(name, seed, low=0))
+def seed_sequence(seed: Seed, purpose: str = "", name: str = "seed") -> np.random.SeedSequence:
+    """Return ``seed`` as a fresh ``SeedSequence``, so that using it leaves the caller's own untouched.
+
+    Each purpose has a stream of its own: one seed can be given to every function of a pipeline, and their draws are independent.
+    """
+    if not isinstance(seed, np.random.SeedSequence):
+        seed = np.random.SeedSequence(whole_number(name, seed, low=0))
+    key = (*seed.spawn_key, zlib.crc32(purpose.encode())) if purpose else seed.spawn_key
+    return np.random.SeedSequence(seed.entropy, spawn_key=key, pool_size=seed.pool_size)
+
+
+def read_only(array: np.ndarray) -> np.ndarray:
+    """Return a copy that nobody can change: what was checked stays right."""
+    array = array.copy()
+    array.setflags(write=False)
+    return array

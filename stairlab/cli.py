@@ -48,13 +48,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
     except BrokenPipeError:  # the reader, such as head, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (ValueError, TypeError, OSError) as error:
+    except (ValueError, TypeError, OSError, RuntimeError, MemoryError) as error:
         print(f"stairlab {options.name}: error: {_one_line(error)}", file=sys.stderr)
         return 2
     return 0
 
 
 def _one_line(error: Exception) -> str:
+    if isinstance(error, MemoryError):
+        return "there is not enough memory for so much at once"
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return " ".join(str(error).split())
@@ -218,6 +220,7 @@ def _prototypes(options: argparse.Namespace) -> None:
     from stairlab.effects import EffectClasses
     from stairlab.prototypes import effect_prototypes, prototype_counts
     from stairlab.sampling import Samples
+    from stairlab.world import StairWorld
 
     if options.output:
         _check_writable(options.output)
@@ -227,7 +230,13 @@ def _prototypes(options: argparse.Namespace) -> None:
     )
     counts = prototype_counts(classes)
     prototypes = effect_prototypes(
-        classes, options.seed, counts=counts, fixed=options.fixed, single=options.single, refine=options.refine
+        classes,
+        options.seed,
+        counts=None if options.fixed else counts,
+        fixed=options.fixed,
+        single=options.single,
+        refine=options.refine,
+        world=StairWorld(),
     )
     if options.output:
         prototypes.to_csv(options.output)
@@ -243,8 +252,9 @@ def _prototypes(options: argparse.Namespace) -> None:
 
 
 def _replay(options: argparse.Namespace) -> None:
+    from stairlab._files import write_whole
     from stairlab.prototypes import Prototypes
-    from stairlab.sampling import replay_motions, write_whole
+    from stairlab.sampling import replay_motions
 
     if options.output:
         _check_writable(options.output)
@@ -284,9 +294,11 @@ def _fidelity(options: argparse.Namespace) -> None:
 
 def _check_writable(path: Path, folder: bool = False) -> None:
     """Refuse an output that cannot be written before any work is done."""
-    if folder:
-        path.mkdir(parents=True, exist_ok=True)
     place = path if folder else path.parent
+    while folder and not place.exists():  # it will be made
+        place = place.parent
+    if folder and not place.is_dir():
+        raise ValueError(f"{place} is a file; name a folder")
     if not place.is_dir():
         raise ValueError(f"the folder {place} must exist to write {path.name} into it")
     if not os.access(place, os.W_OK):
@@ -311,7 +323,7 @@ def _show(tables: Mapping[str, pd.DataFrame | int], options: argparse.Namespace)
 def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
     """Rows as JSON objects; NaN becomes null."""
     named = table.reset_index() if table.index.name else table
-    return json.loads(named.to_json(orient="records", double_precision=15))
+    return [{key: None if value != value else value for key, value in row.items()} for row in named.to_dict("records")]
 
 
 def _short(value: float) -> str:

@@ -120,19 +120,25 @@ class EffectClasses:
             raise TypeError(f"samples must be Samples, as sample_motions returns them, not {type(samples).__name__}.")
         reading = PRESETS[one_of("preset", preset, PRESETS)]
         features = _feature_names(features, samples)
-        scaling = one_of("scaling", scaling or reading["scaling"], ("none", "max-abs"))
+        scaling = one_of("scaling", reading["scaling"] if scaling is None else scaling, ("none", "max-abs"))
+        criterion = reading["criterion"] if criterion is None else criterion
+        criterion = one_of("criterion", criterion, ("silhouette", "davies-bouldin"))
+        ks = _range_of(reading["k_range"] if k_range is None else k_range)
+        n_init, n_bins = whole_number("n_init", n_init, low=1), whole_number("n_bins", n_bins, low=1)
         on_map = samples.on_the_map()
         effects = finite_array("samples on the map", on_map.effect(*features), min_rows=2)
         scale = np.abs(effects).max(axis=0) if scaling == "max-abs" else np.ones(len(features))
         scale[scale == 0] = 1.0
         settings: dict[str, Any] = {"features": list(features), "scaling": scaling}
+        if len(features) == 1 and not np.ptp(effects):
+            raise ValueError(
+                f"samples must have different effects, but all on the map have {features[0]} = {effects[0, 0]:g}."
+            )
         if len(features) == 1:
             model: _Clusterer = HistogramBins(n_bins=n_bins).fit(effects / scale)
             scores = pd.DataFrame({"k": [], "score": []})
             settings |= {"method": "histogram", "n_bins": n_bins}
         else:
-            criterion = one_of("criterion", criterion or reading["criterion"], ("silhouette", "davies-bouldin"))
-            ks = _range_of(k_range or reading["k_range"])
             model, scores = _best_kmeans(effects / scale, ks, criterion, n_init, seed)
             settings |= {"method": "k-means", "criterion": criterion, "k_range": [ks[0], ks[-1]], "n_init": n_init}
         number_of = _numbers(effects, model.labels_)
@@ -152,6 +158,9 @@ class EffectClasses:
             _scale=scale,
             _number_of=number_of,
         )
+
+    def __repr__(self) -> str:
+        return f"EffectClasses({self.n_classes} classes of {len(self.samples)} samples by {', '.join(self.features)})"
 
     @property
     def n_classes(self) -> int:
@@ -201,10 +210,14 @@ class EffectClasses:
 
 
 def _feature_names(features: Sequence[str], samples: Samples) -> tuple[str, ...]:
+    if not isinstance(features, (str, list, tuple)):
+        raise TypeError(f"features must be names of effect dimensions, such as ('dy', 'dz'), not {features!r}.")
     names = (features,) if isinstance(features, str) else tuple(features)
+    for name in names:
+        one_of("features", name, samples.effect_names)
     if not names or len(set(names)) < len(names):
         raise ValueError(f"features must be one or more different effect dimensions, not {names}.")
-    return tuple(one_of("features", name, samples.effect_names) for name in names)
+    return names
 
 
 def _range_of(k_range: tuple[int, int]) -> range:
@@ -217,11 +230,13 @@ def _range_of(k_range: tuple[int, int]) -> range:
 
 
 def _best_kmeans(X: np.ndarray, ks: range, criterion: str, n_init: int, seed: Seed) -> tuple[KMeans, pd.DataFrame]:
+    if len(X) <= ks[-1]:
+        raise ValueError(f"k_range must end below {len(X)}, the number of samples on the map, not at {ks[-1]}.")
     if (distinct := len(np.unique(X, axis=0))) < ks[-1]:
         raise ValueError(
             f"k_range must end at {distinct} or below, as there are {distinct} distinct effects, not at {ks[-1]}."
         )
-    children = seed_sequence(seed).spawn(ks[-1] + 1)
+    children = seed_sequence(seed, "effect classes").spawn(ks[-1] + 1)
     models = [KMeans(n_clusters=k, n_init=n_init, random_state=children[k]).fit(X) for k in ks]
     labelings = [model.labels_ for model in models]
     if criterion == "silhouette":

@@ -147,7 +147,7 @@ def _replay(samples: Samples, world: StairWorld, progress: bool) -> Samples:
             try:
                 world.reset(samples.starts[i])
                 jump = world.perform(samples.motions[i])
-            except ValueError as error:
+            except (ValueError, RuntimeError) as error:
                 raise ValueError(f"Jump {i + 1} of {len(samples)} cannot be replayed: {error}") from None
             effects[i], on_map[i] = jump.effect, jump.on_map
     finally:

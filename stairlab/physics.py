@@ -7,7 +7,12 @@ by 1 ms, but free flight is computed at once by the integrator's own recurrence,
 from __future__ import annotations
 
 import math
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from types import FrameType
 
 import numpy as np
 import pymunk
@@ -250,6 +255,23 @@ def _meet_riser(arbiter: pymunk.Arbiter, space: pymunk.Space, staircase: Stairca
         arbiter.friction = FLUSH_RISER_FRICTION
 
 
+@contextmanager
+def interrupts_wait() -> Iterator[None]:
+    """Let Ctrl-C wait until the block is left, some milliseconds: raised inside a callback of Pymunk, it would be lost."""
+    handler = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(handler):
+        yield
+        return
+    caught: list[tuple[int, FrameType | None]] = []
+    signal.signal(signal.SIGINT, lambda *arguments: caught.append(arguments))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+        if caught:
+            handler(*caught[0])
+
+
 class Flight:
     """A jump under way: steps the space, but computes free flight at once and sees rest early."""
 
@@ -270,12 +292,10 @@ class Flight:
 
     @property
     def duration(self) -> float:
-        """Time of the first poll that finds the cube no more than 1 mm from where it was at the poll before [s]."""
-        here = self.body.position
-        moved = [
-            abs(a.x - b.x) + abs(a.y - b.y) >= 1e-3 for a, b in zip(self.polls, [*self.polls[1:], here], strict=True)
-        ]
-        return POLL_TIME * (len(moved) + 1 if moved[-1] else len(moved))
+        """Time of the poll that ends the jump, at rest: the first that finds the cube within 1 mm of the poll before [s]."""
+        (y, z), (last_y, last_z) = self.body.position, self.polls[-1]
+        moved = abs(y - last_y) + abs(z - last_z) >= 1e-3
+        return POLL_TIME * (len(self.polls) + moved)
 
     @property
     def trajectory(self) -> Trajectory | None:

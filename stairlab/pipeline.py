@@ -159,7 +159,7 @@ def run_pipeline(
 ) -> Run:
     """Run the paper's method from the first random jump to measured action prototypes.
 
-    Sampling, clustering, prototypes, noise and the rest draw from independent children of the seed, so equal arguments give
+    All functions get the same seed, and each draws from a stream of its own, so equal arguments give
     equal results to the bit, for any number of processes.
 
     Parameters
@@ -190,37 +190,36 @@ def run_pipeline(
     >>> run.save("out")  # doctest: +SKIP
     """
     n, seed = whole_number("n", n, low=1), whole_number("seed", seed, low=0)
-    for_samples, for_classes, for_effect, for_fixed, for_random, for_noise, for_merges = seed_sequence(seed).spawn(7)
     replays = whole_number("replays", replays, low=1)
     world = StairWorld()
     notes: list[str] = []
-    samples = sample_motions(world, n, for_samples, n_jobs, progress=progress)
-    with_x = sample_motions(StairWorld(x_drift=True), n, for_samples, n_jobs, progress=progress)
+    samples = sample_motions(world, n, seed, n_jobs, progress=progress)
+    with_x = sample_motions(StairWorld(x_drift=True), n, seed, n_jobs, progress=progress)
     with tqdm(total=3 + len(METHODS), desc="classes", disable=not progress, leave=False, delay=0.5) as bar:
 
         def now(what: str) -> None:
             bar.update()
             bar.set_description(what)
 
-        presets = _presets(samples, for_classes, notes)
+        presets = _presets(samples, seed, notes)
         classes = next(iter(presets.values()))
         now("Appendix C")
-        classes_x = EffectClasses.from_samples(with_x, ("dx", "dy", "dz"), seed=for_classes)
-        merges = _merges(with_x, for_merges, for_classes, notes)
+        classes_x = EffectClasses.from_samples(with_x, ("dx", "dy", "dz"), seed=seed)
+        merges = _merges(with_x, seed, notes)
         now("prototypes")
         counts = _counts(classes, notes)
         sets = {
-            "effect": effect_prototypes(classes, for_effect, counts=counts, world=world),
-            "fixed": effect_prototypes(classes, for_fixed, fixed=FIXED, world=world),
+            "effect": effect_prototypes(classes, seed, counts=counts, world=world),
+            "fixed": effect_prototypes(classes, seed, fixed=FIXED, world=world),
             "uniform": uniform_prototypes(world),
-            "random": random_prototypes(world, seed=for_random),
+            "random": random_prototypes(world, seed=seed),
         }
         for name in VARIANTS:
-            sets[name] = effect_prototypes(classes, for_effect, counts=counts, refine=name, world=world)
+            sets[name] = effect_prototypes(classes, seed, counts=counts, refine=name, world=world)
         measured = {}
         for name, prototypes in sets.items():
             now(f"replays: {name}")
-            measured[name] = reliability(world, prototypes, classes, for_noise, replays=replays)
+            measured[name] = reliability(world, prototypes, classes, seed, replays=replays)
     return Run(
         n=n,
         seed=seed,
@@ -241,7 +240,7 @@ def run_pipeline(
     )
 
 
-def _presets(samples: Samples, seed: np.random.SeedSequence, notes: list[str]) -> dict[str, EffectClasses]:
+def _presets(samples: Samples, seed: int, notes: list[str]) -> dict[str, EffectClasses]:
     """Follow each preset; the first, which the rest of the run builds on, must succeed."""
     found: dict[str, EffectClasses] = {}
     for name in PRESETS:
@@ -265,16 +264,14 @@ def _counts(classes: EffectClasses, notes: list[str]) -> pd.DataFrame:
     return counts
 
 
-def _merges(
-    samples: Samples, seed: np.random.SeedSequence, for_classes: np.random.SeedSequence, notes: list[str]
-) -> pd.DataFrame:
+def _merges(samples: Samples, seed: int, notes: list[str]) -> pd.DataFrame:
     """Resample the jumps with replacement, and see which classes on (dy, dz) share a class on (dx, dy, dz)."""
     on_map, rows = samples.on_the_map(), []
-    for child in seed.spawn(RESAMPLES):
+    for child in seed_sequence(seed, "resamples").spawn(RESAMPLES):
         chosen = on_map[np.random.default_rng(child).integers(len(on_map), size=len(on_map))]
         try:
-            without = EffectClasses.from_samples(chosen, seed=for_classes)
-            with_x = EffectClasses.from_samples(chosen, ("dx", "dy", "dz"), seed=for_classes)
+            without = EffectClasses.from_samples(chosen, seed=seed)
+            with_x = EffectClasses.from_samples(chosen, ("dx", "dy", "dz"), seed=seed)
         except ValueError:  # too few distinct jumps
             continue
         rows.append((without.n_classes, with_x.n_classes, together(without, with_x)))

@@ -17,7 +17,6 @@ import html
 import io
 import math
 import os
-import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -31,6 +30,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
+from stairlab._files import write_bytes
 from stairlab.effects import OFF_THE_MAP, EffectClasses
 from stairlab.fidelity import Fidelity
 from stairlab.physics import CUBE_EDGE, NO_RISER, Staircase
@@ -119,20 +119,6 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], dpi: int = DPI) ->
     buffer = io.BytesIO()
     figure.savefig(buffer, format=Path(path).suffix[1:] or "png", dpi=dpi, **TIGHT)
     write_bytes(path, buffer.getvalue())
-
-
-def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
-    """Write a binary file so that it appears whole or not at all: into a temporary file beside it, then renamed."""
-    path = Path(path)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with open(handle, "wb") as file:
-            file.write(data)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
 
 
 def alt_text(figure: Figure) -> str:
@@ -583,13 +569,10 @@ def _climbing_classes(classes: EffectClasses) -> list[int]:
 
 
 def _jumps_of(world: StairWorld, motions: np.ndarray) -> list[tuple[Jump, Any]]:
-    before, jumps = world.state, []
-    for magnitude, angle in motions.tolist():
-        world.reset()
-        jump = world.jump(magnitude, angle, trajectory=True)
-        jumps.append((jump, jump.trajectory))
-    world.reset(before)
-    return jumps
+    jumps = [
+        StairWorld(world.staircase).jump(magnitude, angle, trajectory=True) for magnitude, angle in motions.tolist()
+    ]
+    return [(jump, jump.trajectory) for jump in jumps]
 
 
 def _draw_prototype_jump(ax: Axes, place: int, jump: Jump, path: Any, number: int, classes: EffectClasses) -> str:

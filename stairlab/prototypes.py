@@ -16,11 +16,12 @@ import pandas as pd
 from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
-from stairlab._validation import Seed, finite_array, one_of, seed_sequence, whole_number
+from stairlab._files import Table, read_table, write_whole
+from stairlab._validation import Seed, finite_array, one_of, read_only, seed_sequence, whole_number
 from stairlab.clustering import RobustGrowingNeuralGas
 from stairlab.effects import EffectClasses
-from stairlab.sampling import draw_motion, motion_grid, read_table, replay_motions, write_whole
-from stairlab.world import World
+from stairlab.sampling import draw_motion, motion_grid, replay_motions
+from stairlab.world import World, check_world
 
 MAX_COUNT = 10
 """ No class gets more prototypes than this """
@@ -68,17 +69,20 @@ class Prototypes:
 
     def __post_init__(self) -> None:
         motions = finite_array("motions", self.motions, columns=len(self.motion_names))
-        object.__setattr__(self, "motions", motions)
+        object.__setattr__(self, "motions", read_only(motions))
         if self.classes is not None:
-            classes = np.asarray(self.classes, dtype=int)
-            if classes.shape != (len(motions),) or classes.min() < 1:
+            classes = finite_array("classes", self.classes, ndim=1)
+            if classes.shape != (len(motions),) or classes.min() < 1 or (classes % 1).any():
                 raise ValueError(
                     f"classes must hold a number from 1 for each of {len(motions)} motions, not {self.classes}."
                 )
-            object.__setattr__(self, "classes", classes)
+            object.__setattr__(self, "classes", read_only(classes.astype(int)))
 
     def __len__(self) -> int:
         return len(self.motions)
+
+    def __repr__(self) -> str:
+        return f"Prototypes({len(self)} motions, method={self.method!r}, seed={self.seed!r})"
 
     def of_class(self, number: int) -> np.ndarray:
         """Return the prototypes p_k of a class, shape (xi_k, n_motion_parameters); none if the set knows no classes."""
@@ -105,6 +109,17 @@ class Prototypes:
     ) -> Prototypes:
         """Read prototypes, or any table with a column for each motion parameter.
 
+        Parameters
+        ----------
+        path : str or path-like
+            The file.
+        motion_names : tuple of str
+            Names of the columns that hold the motions.
+
+        Returns
+        -------
+        Prototypes
+
         Raises
         ------
         ValueError
@@ -112,21 +127,36 @@ class Prototypes:
         OSError
             If it cannot be read.
         """
-        motions = read_table(path, motion_names)
-        lines = Path(path).read_text(encoding="utf-8").splitlines()
-        has_classes = "class" in next(line for line in lines if line and not line.startswith("#")).split(",")
-        classes = read_table(path, ["class"])[:, 0].astype(int) if has_classes else None
-        header: dict[str, Any] = {"method": Path(path).stem}
-        for number, line in enumerate(lines, 1):
-            key, _, value = line.removeprefix("# ").partition(": ")
-            if line.startswith("# ") and key in ("method", "seed", "settings"):
-                try:
-                    header[key] = json.loads(value)
-                except json.JSONDecodeError:
-                    raise ValueError(
-                        f"{path}, line {number}: expected JSON after '{key}: ', found {value!r}."
-                    ) from None
-        return cls(motions, classes, motion_names=motion_names, **header)
+        table = read_table(path)
+        classes = None
+        if "class" in table.header:
+            classes = table.numbers(["class"], limits={"class": (1, 1e6)})[:, 0]
+            if (broken := classes % 1 > 0).any():
+                line, number = table.rows[int(np.argmax(broken))][0], classes[broken][0]
+                raise ValueError(f"{table.name}, line {line}, column class: expected a whole number, found {number}.")
+        return cls(table.numbers(motion_names), classes, motion_names=motion_names, **_header(table, Path(path).stem))
+
+
+def _header(table: Table, name: str) -> dict[str, Any]:
+    """Read method, seed and settings from a table's comments; a set that says nothing has its file's name as method."""
+    found: dict[str, Any] = {"method": name}
+    for line, comment in table.comments:
+        key, colon, text = comment.removeprefix("#").strip().partition(": ")
+        if not colon or key not in ("method", "seed", "settings"):
+            continue
+        try:
+            value = json.loads(text)
+        except json.JSONDecodeError:
+            value = text
+        expected = dict if key == "settings" else str
+        if not isinstance(value, expected):
+            if key == "settings":
+                raise ValueError(
+                    f"{table.name}, line {line}: expected a JSON object after 'settings: ', found {text!r}."
+                )
+            value = text
+        found[key] = value
+    return found
 
 
 def prototype_counts(classes: EffectClasses, cap: int = MAX_COUNT) -> pd.DataFrame:
@@ -258,12 +288,14 @@ def effect_prototypes(
     xi = _counts_to_use(classes, counts, fixed)
     space = _MotionSpace(classes)
     low, high = (
-        (world.motion_low, world.motion_high)
-        if world
+        (check_world(world).motion_low, world.motion_high)
+        if world is not None
         else (classes.samples.motions.min(0), classes.samples.motions.max(0))
     )
     found = []
-    for number, child in zip(classes.numbers, seed_sequence(seed).spawn(classes.n_classes), strict=True):
+    for number, child in zip(
+        classes.numbers, seed_sequence(seed, "effect prototypes").spawn(classes.n_classes), strict=True
+    ):
         if single == "nearest-effect" and xi[number - 1] == 1:
             nodes = _with_nearest_effect(classes, space, number)
         else:
@@ -280,6 +312,8 @@ def effect_prototypes(
 
 
 def _counts_to_use(classes: EffectClasses, counts: pd.DataFrame | None, fixed: int | None) -> np.ndarray:
+    if fixed is not None and counts is not None:
+        raise ValueError("counts and fixed must not be given both.")
     if fixed is not None:
         return np.full(classes.n_classes, whole_number("fixed", fixed, low=1))
     counts = prototype_counts(classes) if counts is None else counts
@@ -287,11 +321,12 @@ def _counts_to_use(classes: EffectClasses, counts: pd.DataFrame | None, fixed: i
         raise TypeError(
             f"counts must be a table with a column 'xi', as prototype_counts returns it, not {type(counts).__name__}."
         )
-    if len(counts) != classes.n_classes or (counts["xi"] < 1).any():
+    xi = finite_array("counts['xi']", counts["xi"].reindex(classes.numbers), ndim=1)
+    if (xi < 1).any() or (xi % 1).any():
         raise ValueError(
-            f"counts must hold one xi of 1 or more for each of {classes.n_classes} classes, not {counts['xi'].tolist()}."
+            f"counts must hold a whole xi of 1 or more for each of {classes.n_classes} classes, not {xi.tolist()}."
         )
-    return counts["xi"].to_numpy().astype(int)
+    return xi.astype(int)
 
 
 class _MotionSpace:
@@ -390,6 +425,7 @@ def uniform_prototypes(world: World, per_side: int = 4) -> Prototypes:
     per_side : int
         Prototypes along each motion parameter, 2 or more.
     """
+    check_world(world)
     per_side = whole_number("per_side", per_side, low=2)
     return Prototypes(
         motion_grid(world, per_side),
@@ -411,7 +447,8 @@ def random_prototypes(world: World, n: int = 10, seed: Seed = 0) -> Prototypes:
     seed : int or numpy.random.SeedSequence
         Prototype i is drawn from child i.
     """
-    children = seed_sequence(seed).spawn(whole_number("n", n, low=1))
+    check_world(world)
+    children = seed_sequence(seed, "random prototypes").spawn(whole_number("n", n, low=1))
     motions = np.array([draw_motion(world, np.random.default_rng(child)) for child in children])
     names = tuple(world.motion_names)
     return Prototypes(motions, method="random", seed=_seed_name(seed), settings={"n": n}, motion_names=names)
@@ -465,7 +502,7 @@ def reliability(
     classes : EffectClasses
         The classes that effects are sorted into, by the nearest mean effect in the clustered dimensions.
     seed : int or numpy.random.SeedSequence
-        For the noise; prototype i draws from child i.
+        For the noise, and for worlds with randomness of their own.
     replays : int
         Noisy replays of each prototype.
 
@@ -478,15 +515,21 @@ def reliability(
     ValueError
         If the classes are fewer than those of the prototypes.
     """
+    check_world(world)
+    if not isinstance(prototypes, Prototypes):
+        raise TypeError(f"prototypes must be Prototypes, not {type(prototypes).__name__}.")
+    if not isinstance(classes, EffectClasses):
+        raise TypeError(f"classes must be EffectClasses, not {type(classes).__name__}.")
     if prototypes.classes is not None and prototypes.classes.max() > classes.n_classes:
         raise ValueError(
             f"prototypes must belong to the {classes.n_classes} given classes, but one is of class {prototypes.classes.max()}."
         )
     replays = whole_number("replays", replays, low=1)
     own = np.zeros(len(prototypes), int) if prototypes.classes is None else prototypes.classes
-    reached = _reached_classes(world, prototypes.motions, classes)
-    noisy_motions = _with_noise(world, prototypes.motions, replays, seed)
-    noisy = _reached_classes(world, noisy_motions, classes).reshape(len(prototypes), replays)
+    for_exact, for_noise, for_noisy = seed_sequence(seed, "reliability").spawn(3)
+    reached = _reached_classes(world, prototypes.motions, classes, for_exact)
+    noisy_motions = _with_noise(world, prototypes.motions, replays, for_noise)
+    noisy = _reached_classes(world, noisy_motions, classes, for_noisy).reshape(len(prototypes), replays)
     table = prototypes.to_frame().assign(
         **{
             "class": own,
@@ -505,8 +548,8 @@ def reliability(
     )
 
 
-def _reached_classes(world: World, motions: np.ndarray, classes: EffectClasses) -> np.ndarray:
-    outcome = replay_motions(world, motions)
+def _reached_classes(world: World, motions: np.ndarray, classes: EffectClasses, seed: Seed) -> np.ndarray:
+    outcome = replay_motions(world, motions, seed)
     return np.where(outcome.on_map, classes.nearest_mean(outcome.effect(*classes.features)), 0)
 
 

@@ -24,10 +24,10 @@ from matplotlib.markers import MarkerStyle
 from tqdm import tqdm
 
 from stairlab import plots
+from stairlab._files import write_bytes, write_whole
 from stairlab.effects import EffectClasses
 from stairlab.physics import CUBE_EDGE, CUBE_MASS, PUSH_STEPS, TIME_STEP
 from stairlab.prototypes import LARGEST_CV, MAX_COUNT, NEIGHBOURS
-from stairlab.sampling import write_whole
 
 if TYPE_CHECKING:
     from stairlab.pipeline import Run
@@ -102,7 +102,7 @@ def save_run(run: Run, out_dir: str | PathLike[str], *, progress: bool = True) -
     pictures = draw_figures(run, progress)
     for name, picture in pictures.items():
         written.append(folder / f"{name}.png")
-        plots.write_bytes(written[-1], picture.png)
+        write_bytes(written[-1], picture.png)
     written.append(folder / REPORT)
     _write(run, pictures, written[-1])
     return written

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import copy
-import csv
 import os
-import tempfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import joblib
 import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
-from stairlab._validation import Seed, finite_array, one_of, seed_sequence, whole_number
-from stairlab.world import FEATURES, StairWorld, World
+from stairlab._files import read_table, write_whole
+from stairlab._validation import Seed, finite_array, one_of, read_only, seed_sequence, whole_number
+from stairlab.world import FEATURES, StairWorld, World, check_world
 
 DISTRIBUTIONS = ("uniform", "gaussian", "grid")
 CHUNK = 50
@@ -26,6 +24,13 @@ CHUNK = 50
 PUBLISHED_STATE = ("env_x", "env_y", "env_z", "env_rot_x", "env_rot_y", "env_rot_z", "env_rot_w")
 PUBLISHED_EFFECT = ("dx", "dy", "dz", "d_rot_x", "d_rot_y", "d_rot_z", "d_rot_w")
 PUBLISHED_MAP = "robot_in_map"
+PUBLISHED_LIMITS = (
+    dict.fromkeys(PUBLISHED_STATE[:3], (-1e3, 1e3))
+    | dict.fromkeys(PUBLISHED_EFFECT[:3], (-1e3, 1e3))
+    | dict.fromkeys(PUBLISHED_STATE[3:], (-1.001, 1.001))
+    | dict.fromkeys(PUBLISHED_EFFECT[3:], (-2.002, 2.002))
+)
+""" No recorded position [m] or quaternion lies outside """
 PUBLISHED_COLUMNS = ("magnitude", "angle", *PUBLISHED_STATE, *PUBLISHED_EFFECT, PUBLISHED_MAP)
 
 
@@ -73,14 +78,18 @@ class Samples:
             ("starts", self.feature_names),
             ("effects", self.feature_names),
         ):
-            object.__setattr__(self, name, finite_array(name, getattr(self, name), columns=len(names)))
+            array = finite_array(name, getattr(self, name), columns=len(names))
+            object.__setattr__(self, name, read_only(array))
         flags = np.asarray(self.on_map)
         if flags.ndim != 1 or not np.isin(flags, (0, 1)).all():
             raise ValueError(f"on_map must hold True or False for each sample, not {self.on_map!r:.80}.")
-        object.__setattr__(self, "on_map", flags.astype(bool))
+        object.__setattr__(self, "on_map", read_only(flags.astype(bool)))
         lengths = {name: len(getattr(self, name)) for name in ("motions", "starts", "effects", "on_map")}
         if len(set(lengths.values())) > 1:
             raise ValueError(f"motions, starts, effects and on_map must be of one length, not {lengths}.")
+
+    def __repr__(self) -> str:
+        return f"Samples({len(self)} of {' and '.join(self.motion_names)}, {int(self.on_map.sum())} on the map)"
 
     @property
     def effect_names(self) -> tuple[str, ...]:
@@ -161,16 +170,23 @@ class Samples:
         world : StairWorld, optional
             The world whose stairs give d_obs, which is not among the published columns; four steps by default.
 
+        Returns
+        -------
+        Samples
+
         Raises
         ------
         ValueError
-            If the file is not such a table; the message names the file, and the line and column at fault.
+            If the file is not such a table, or a motion lies outside the motion space; the message names the file, and the line
+            and column at fault.
         OSError
             If it cannot be read.
         """
-        rows = read_table(path, PUBLISHED_COLUMNS, flags=(PUBLISHED_MAP,))
+        world = world or StairWorld()
+        motion_limits = zip(world.motion_names, zip(world.motion_low, world.motion_high, strict=True), strict=True)
+        rows = read_table(path).numbers(PUBLISHED_COLUMNS, (PUBLISHED_MAP,), PUBLISHED_LIMITS | dict(motion_limits))
         motions, states, effects = rows[:, :2], rows[:, 2:9], rows[:, 9:16]
-        distance = np.frompyfunc((world or StairWorld()).staircase.d_obs, 1, 1)
+        distance = np.frompyfunc(world.staircase.d_obs, 1, 1)
         before, after = (distance(y).astype(float) for y in (states[:, 1], states[:, 1] + effects[:, 1]))
         return cls(
             motions,
@@ -178,73 +194,6 @@ class Samples:
             np.column_stack([effects, after - before]),
             rows[:, 16] > 0,
         )
-
-
-def read_table(path: str | os.PathLike[str], columns: Sequence[str], flags: Sequence[str] = ()) -> np.ndarray:
-    """Read named columns of finite numbers (and of True or False) from a CSV file, lines that begin with # left out.
-
-    Returns
-    -------
-    ndarray of shape (n_rows, n_columns)
-
-    Raises
-    ------
-    ValueError
-        If a column is missing or a cell is not what it should be, with the line and column at fault.
-    """
-    name = os.fspath(path)
-    with open(path, newline="", encoding="utf-8-sig") as file:  # a byte order mark is no part of a name
-        reader = csv.reader(file)
-        try:
-            lines = [(reader.line_num, cells) for cells in reader if cells and not cells[0].startswith("#")]
-        except (UnicodeDecodeError, csv.Error) as error:
-            raise ValueError(f"{name} is not a CSV file: {error}.") from None
-    if len(lines) < 2:
-        raise ValueError(
-            f"{name} must hold a line of column names and at least one row, but it {'has no row' if lines else 'is empty'}."
-        )
-    header = lines[0][1]
-    if missing := [column for column in columns if column not in header]:
-        raise ValueError(
-            f"{name}, line {lines[0][0]}: the column{'s'[: len(missing) > 1]} {', '.join(missing)} must be there; "
-            f"found {', '.join(header)}."
-        )
-    places = [header.index(column) for column in columns]
-    table = np.empty((len(lines) - 1, len(columns)))
-    for row, (number, cells) in enumerate(lines[1:]):
-        if len(cells) != len(header):
-            raise ValueError(
-                f"{name}, line {number}: expected {len(header)} cells, found {len(cells)}. Is the file cut off?"
-            )
-        for column, place in enumerate(places):
-            table[row, column] = _cell(name, number, columns[column], cells[place], columns[column] in flags)
-    return table
-
-
-def _cell(name: str, line: int, column: str, text: str, flag: bool) -> float:
-    try:
-        value = float({"true": 1, "false": 0}[text.strip().lower()]) if flag else float(text)
-    except (KeyError, ValueError):
-        value = np.nan
-    if not np.isfinite(value):
-        raise ValueError(
-            f"{name}, line {line}, column {column}: expected {'True or False' if flag else 'a finite number'}, found {text!r}."
-        )
-    return value
-
-
-def write_whole(path: str | os.PathLike[str], write: Callable[[TextIO], object]) -> None:
-    """Write a text file so that it appears whole or not at all: into a temporary file beside it, then renamed."""
-    path = Path(path)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", text=True)
-    try:
-        with open(handle, "w", encoding="utf-8", newline="") as file:
-            write(file)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
 
 
 def sample_motions(
@@ -291,6 +240,7 @@ def sample_motions(
     ValueError, TypeError
         If an argument is not as described.
     """
+    check_world(world)
     n = whole_number("n", n, low=1)
     one_of("start", start, ("fixed", "drawn"))
     one_of("distribution", distribution, DISTRIBUTIONS)
@@ -325,16 +275,24 @@ def replay_motions(
     ValueError
         If the motions have another shape, or one lies outside the motion space.
     """
+    check_world(world)
     motions = finite_array("motions", motions, columns=len(world.motion_names))
+    outside = ((motions < world.motion_low) | (motions > world.motion_high)).any(axis=1)
+    if outside.any():
+        row = int(np.argmax(outside))
+        values = ", ".join(f"{name} {value:g}" for name, value in zip(world.motion_names, motions[row], strict=True))
+        raise ValueError(
+            f"motions must lie between {np.asarray(world.motion_low).tolist()} and {np.asarray(world.motion_high).tolist()}, "
+            f"but row {row + 1} is {values}."
+        )
     return _perform_all(world, motions, seed, n_jobs, progress)
 
 
 def _perform_all(
     world: World, given: Sequence | np.ndarray, seed: Seed, n_jobs: int, progress: bool, *how: Any
 ) -> Samples:
-    if n_jobs == 0:
+    if (n_jobs := whole_number("n_jobs", n_jobs, low=-64)) == 0:
         raise ValueError("n_jobs must be a number of processes, or -1 for all cores, not 0.")
-    n_jobs = whole_number("n_jobs", n_jobs, low=-64)
     tasks = list(zip(seed_sequence(seed).spawn(len(given)), given, strict=True))
     chunks = [tasks[i : i + CHUNK] for i in range(0, len(tasks), CHUNK)]
     world = copy.deepcopy(world)  # the caller's stays as it is

@@ -13,8 +13,8 @@ from typing import Protocol
 
 import numpy as np
 
-from stairlab._validation import finite_array, finite_number
-from stairlab.physics import CUBE_EDGE, TIME_LIMIT, Flight, Staircase, Trajectory, overlap
+from stairlab._validation import finite_array, finite_number, read_only
+from stairlab.physics import CUBE_EDGE, TIME_LIMIT, Flight, Staircase, Trajectory, interrupts_wait, overlap
 
 FEATURES = ("x", "y", "z", "qx", "qy", "qz", "qw", "d_obs")
 START_Y = 0.25
@@ -26,17 +26,35 @@ MAP_HALF_WIDTH = 2.46
 MAP_MARGIN_Z = 0.001
 """ A cube on the map is at most this far above resting on the top tread [m] """
 
-# Drift in x (off by default). Shares and scales follow the recorded jumps: those that climb roll over sideways in 30 % of the cases.
-DRIFT_ON_GROUND = 0.0005
-""" Scale of the exponential |dx| of a jump that does not climb [m] """
-DRIFT_UPRIGHT = 0.003
-""" Scale of the exponential |dx| of a climbing jump that does not roll [m] """
-ROLL_SHARES = {"climbs": (0.58, 0.30, 0.12), "four steps or more": (0.25, 0.45, 0.30)}
-""" Shares of climbing jumps that stay upright, roll over by one edge (0.1 m), tumble on (0.15 to 0.28 m) """
+# Drift in x (off by default): what a jump does to the side, each kind with its shares and its |dx|, after the recorded jumps.
+DRIFT_KINDS = ("upright", "creeps", "rolls", "tumbles")
+""" |dx|: exponential with DRIFT_SCALE; uniform up to CREEP; one edge, 0.1 m, give or take 1 cm; uniform over TUMBLE """
+DRIFT_SHARES = {"ground": (0.93, 0.07, 0, 0), "climb": (0.60, 0, 0.30, 0.10), "four steps": (0.18, 0.22, 0.27, 0.33)}
+""" Shares of the kinds for jumps that stay on their level, climb one to three steps, or more """
+DRIFT_SCALE = {"ground": 0.0002, "climb": 0.0008, "four steps": 0.0008}
+""" Mean |dx| of an upright jump [m] """
+CREEP = {"ground": 0.03, "climb": 0.09, "four steps": 0.09}
+""" Largest |dx| of a creeping jump [m] """
+TUMBLE = (0.14, 0.28)
+""" Range of |dx| of a tumbling jump [m] """
 DEEPEST_START = 0.01
 """ A state may overlap the stairs by this much [m] """
 FARTHEST = 1e6
 """ Positions beyond it are refused: a micrometre would be lost among the digits of a number [m] """
+
+
+def check_world(world: World) -> World:
+    """Return ``world`` if it has what a world needs.
+
+    Raises
+    ------
+    TypeError
+        If it has not.
+    """
+    lacks = [name for name in ("motion_low", "reset", "perform", "state") if not hasattr(world, name)]
+    if isinstance(world, type) or lacks:
+        raise TypeError(f"world must be a world, such as StairWorld(), not {world!r}.")
+    return world
 
 
 class Outcome(Protocol):
@@ -169,9 +187,11 @@ class StairWorld:
                 f"staircase must leave the start pose free, with a first_riser of {START_Y + CUBE_EDGE / 2:g} m or more, "
                 f"not {self.staircase.first_riser:g}."
             )
-        self.x_drift = bool(x_drift)
-        self.motion_low = np.array([50.0, 1.0])
-        self.motion_high = np.array([1000.0, 89.0])
+        if not isinstance(x_drift, bool):
+            raise TypeError(f"x_drift must be True or False, not {x_drift!r}.")
+        self.x_drift = x_drift
+        self.motion_low = read_only(np.array([50.0, 1.0]))
+        self.motion_high = read_only(np.array([1000.0, 89.0]))
         self._state = self.start
 
     def __repr__(self) -> str:
@@ -307,9 +327,11 @@ class StairWorld:
         if rng is not None and not isinstance(rng, np.random.Generator):
             raise TypeError(f"rng must be a numpy.random.Generator, not {rng!r}.")
         start = self.state
-        flight = Flight(self.staircase, start, trajectory)
-        flight.push(float(magnitude), math.radians(angle))
-        if not flight.until_rest():
+        with interrupts_wait():
+            flight = Flight(self.staircase, start, trajectory)
+            flight.push(float(magnitude), math.radians(angle))
+            rests = flight.until_rest()
+        if not rests:
             raise RuntimeError(
                 f"The jump with {magnitude:g} N at {angle:g} degrees from the state {np.round(start, 4).tolist()} was not over after "
                 f"{TIME_LIMIT:g} simulated seconds."
@@ -332,8 +354,12 @@ class StairWorld:
     @staticmethod
     def _drift(steps: int, rng: np.random.Generator) -> float:
         """Draw dx for a jump that gained ``steps`` steps [m]: next to nothing on the ground; climbing, it may roll over sideways."""
-        shares = ROLL_SHARES["four steps or more" if steps >= 4 else "climbs"]
-        kind = rng.choice(3, p=shares)
-        candidates = (rng.exponential(DRIFT_UPRIGHT), rng.normal(CUBE_EDGE, 0.005), rng.uniform(0.15, 0.28))
-        size = candidates[kind] if steps > 0 else rng.exponential(DRIFT_ON_GROUND)
-        return float(rng.choice((-1.0, 1.0)) * size)
+        height = "ground" if steps < 1 else "climb" if steps < 4 else "four steps"
+        kind = rng.choice(DRIFT_KINDS, p=DRIFT_SHARES[height])
+        sizes = {
+            "upright": rng.exponential(DRIFT_SCALE[height]),
+            "creeps": rng.uniform(0, CREEP[height]),
+            "rolls": rng.normal(CUBE_EDGE, 0.01),
+            "tumbles": rng.uniform(*TUMBLE),
+        }
+        return float(rng.choice((-1.0, 1.0)) * sizes[kind])

@@ -28,7 +28,8 @@ def samples() -> Samples:
 def reference_csv() -> Path:
     """Return the path of the authors' recorded jumps, which are not part of the project."""
     named = os.environ.get("STAIRLAB_REFERENCE")
-    path = Path(named or PROJECT / "../shared/reference/gazebo_jumps.csv")
+    path = Path(named or PROJECT / "../shared/reference")
+    path = path / "gazebo_jumps.csv" if path.is_dir() else path
     if named and not path.is_file():
         pytest.fail(f"STAIRLAB_REFERENCE names {path}, which is not a file.")
     if not path.is_file():

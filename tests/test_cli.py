@@ -98,6 +98,27 @@ def test_fidelity_of_own_jumps_is_perfect_and_has_exactly_the_promised_keys(fold
     assert said["gap_ks"] == 0
 
 
+@pytest.mark.slow
+def test_what_run_wrote_can_be_made_again_step_by_step_with_the_same_seed(folder, capsys):
+    assert main(["run", "--n", "300", "--seed", "5", "--out", str(folder / "whole")]) == 0
+    assert (folder / "whole" / "samples.csv").read_bytes() == (folder / "samples.csv").read_bytes()
+    again = ["prototypes", str(folder / "samples.csv"), "--seed", "5", "--output", str(folder / "again.csv")]
+    assert main(again) == 0
+    assert (folder / "whole" / "prototypes_effect.csv").read_bytes() == (folder / "again.csv").read_bytes()
+
+
+def test_an_absurd_file_is_refused_and_nothing_hangs(folder, capsys):
+    lines = (folder / "samples.csv").read_text().splitlines()
+    cells = lines[3].split(",")
+    for column, value in (("dz", "1e300"), ("env_z", "5000"), ("magnitude", "-5")):
+        bad = cells.copy()
+        bad[lines[0].split(",").index(column)] = value
+        (folder / "absurd.csv").write_text("\n".join([*lines[:3], ",".join(bad), *lines[4:]]))
+        status, _, err = run("fidelity", folder / "absurd.csv", "--json", capsys=capsys)
+        assert status == 2
+        assert err.count("\n") == 1
+
+
 def test_fidelity_draws_a_figure(folder, capsys):
     status, out, _ = run("fidelity", folder / "samples.csv", "--figure", folder / "fidelity.png", capsys=capsys)
     assert status == 0
@@ -128,8 +149,8 @@ def test_run_writes_figures_tables_and_the_report(folder, capsys):
         (["replay", "missing.csv"], "missing.csv: No such file or directory"),
         (["fidelity", "bad.csv", "--json"], "bad.csv, line 1: the columns"),
         (["prototypes", "bad.csv"], "bad.csv, line 1: the columns"),
-        (["replay", "outside.csv"], "magnitude must be between 50 and 1000, not 2000."),
-        (["run", "--out", "bad.csv"], "bad.csv: File exists"),
+        (["replay", "outside.csv"], "but row 1 is magnitude 2000, angle 45."),
+        (["run", "--out", "bad.csv"], "bad.csv is a file; name a folder"),
     ],
 )
 def test_an_input_error_is_one_line_and_status_two(arguments, message, tmp_path, monkeypatch, capsys):

@@ -84,14 +84,6 @@ def test_observations_stay_within_their_bounds():
             assert env.observation_space.contains(np.array(observation, dtype=np.float32))
 
 
-@pytest.mark.parametrize(
-    ("dz", "reward"),
-    [(0.3, 1), (1.2, 1), (0.051, 1), (0.05, 0), (0.004, 0), (0, 0), (-0.05, 0), (-0.3, -1), (-0.6, -2), (-4.2, -14)],
-)
-def test_rising_pays_one_falling_costs_one_a_step_and_jitter_nothing(dz, reward):
-    assert UpTheStairs().reward(dz) == pytest.approx(reward)
-
-
 def test_a_step_up_pays_one_and_info_tells_where_the_cube_is():
     env = make()
     env.reset()

@@ -8,14 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from toy_world import PuckWorld
 
+from stairlab._files import read_table, write_whole
 from stairlab.sampling import (
     PUBLISHED_COLUMNS,
     Samples,
     draw_motion,
     motion_grid,
-    read_table,
     sample_motions,
-    write_whole,
 )
 from stairlab.world import FEATURES, Staircase, StairWorld
 
@@ -249,8 +248,11 @@ def test_samples_come_back_from_a_file_to_the_bit(few, tmp_path):
 
 
 @properties
-@given(st.lists(st.floats(allow_nan=False, allow_infinity=False, width=64), min_size=9, max_size=9), st.booleans())
-def test_any_finite_numbers_survive_a_file(tmp_path_factory, numbers, on_map):
+@given(
+    st.tuples(*[st.floats(-1e3, 1e3)] * 3, *[st.floats(-1, 1)] * 4, st.floats(-1e3, 1e3), st.floats(50, 1000)),
+    st.booleans(),
+)
+def test_any_numbers_in_their_limits_survive_a_file(tmp_path_factory, numbers, on_map):
     path = tmp_path_factory.mktemp("csv") / "any.csv"
     start, effect = np.zeros((1, 8)), np.zeros((1, 8))
     start[0, :7], effect[0, 0] = numbers[:7], numbers[7]
@@ -310,10 +312,12 @@ def set_cell(lines, line, column, text):
 @pytest.mark.parametrize(
     ("line", "column", "text", "expected"),
     [
-        (2, "magnitude", "nan", "a finite number"),
-        (7, "dy", "inf", "a finite number"),
-        (41, "env_rot_w", "one", "a finite number"),
-        (3, "dz", "", "a finite number"),
+        (2, "magnitude", "nan", "a number from 50 to 1000"),
+        (7, "dy", "inf", "a number from -1000 to 1000"),
+        (41, "env_rot_w", "one", "a number from -1.001 to 1.001"),
+        (3, "dz", "", "a number from -1000 to 1000"),
+        (5, "magnitude", "-5", "a number from 50 to 1000"),
+        (6, "angle", "95", "a number from 1 to 89"),
         (4, "robot_in_map", "yes", "True or False"),
         (5, "robot_in_map", "", "True or False"),
     ],
@@ -373,9 +377,9 @@ def test_a_file_that_is_not_there_is_an_os_error(tmp_path):
 def test_a_table_is_read_past_comments_blank_lines_and_a_byte_order_mark(tmp_path):
     path = tmp_path / "table.csv"
     path.write_text("# made by hand\na,b,flag\n1,2,True\n\n# more\n3,4e-1,false\n", encoding="utf-8-sig")
-    np.testing.assert_array_equal(read_table(path, ("b", "flag"), flags=("flag",)), [[2, 1], [0.4, 0]])
+    np.testing.assert_array_equal(read_table(path).numbers(("b", "flag"), flags=("flag",)), [[2, 1], [0.4, 0]])
     path.write_text("a,b\n1,2\n", encoding="utf-8-sig")
-    np.testing.assert_array_equal(read_table(path, ("a", "b")), [[1, 2]])
+    np.testing.assert_array_equal(read_table(path).numbers(("a", "b")), [[1, 2]])
 
 
 def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path):

@@ -51,6 +51,25 @@ def rotation_of(state):
 # --- the stairs ---
 
 
+def test_an_interrupt_during_a_jump_is_raised_once_the_jump_is_over(world, monkeypatch):
+    import signal
+
+    from stairlab import physics
+
+    original = physics._meet_riser
+
+    def interrupted(*arguments):
+        signal.raise_signal(signal.SIGINT)
+        original(*arguments)
+
+    monkeypatch.setattr(physics, "_meet_riser", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        world.jump(600, 20)
+    monkeypatch.undo()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert world.jump(600, 20).on_map
+
+
 def test_the_stairs_of_the_paper_have_four_steps_of_30_by_40_centimetres_from_60_centimetres_on():
     stairs = Staircase()
     np.testing.assert_allclose(stairs.risers, [0.6, 1.0, 1.4, 1.8])

@@ -24,7 +24,7 @@ def random_generator(random_state: Seed | np.random.RandomState | None) -> np.ra
         return np.random.default_rng()
     if isinstance(random_state, np.random.RandomState):
         return np.random.default_rng(random_state.randint(2**31, size=4))
-    return np.random.default_rng(seed_sequence(random_state, "random_state"))
+    return np.random.default_rng(seed_sequence(random_state, name="random_state"))
 
 
 def training_samples(estimator: Any, X: Any) -> np.ndarray:

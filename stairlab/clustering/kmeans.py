@@ -295,6 +295,7 @@ class KMeans(ClassNamePrefixFeaturesOutMixin, TransformerMixin, ClusterMixin, Ba
         self.labels_ = best.labels
         self.inertia_ = best.inertia
         self.n_iter_ = best.n_iter
+        self.__dict__.pop("history_", None)  # of an earlier fit
         if self.record_history:
             self.history_ = best.history
         self._n_features_out = len(best.centers)

@@ -650,6 +650,7 @@ class RobustGrowingNeuralGas(ClusterMixin, BaseEstimator):
         assert best is not None  # grow yields at least one size
         _, self.nodes_, self.edges_, self.errors_ = unit.restored(best)
         self.labels_ = nearest_node(samples, self.nodes_)
+        self.__dict__.pop("history_", None)  # of an earlier fit
         if self.record_history:
             self.history_ = [unit.restored(step) for step in record.steps]
         return self

@@ -62,6 +62,7 @@ def test_empty_clusters_are_refilled_as_scikit_learn_refills_them(seed):
     assert ours.inertia_ == pytest.approx(theirs.inertia_, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_from_own_starts_it_is_as_good_as_scikit_learn():
     ratios = []
     for seed in range(50):
