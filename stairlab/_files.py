@@ -97,7 +97,6 @@ def read_table(path: str | os.PathLike[str]) -> Table:
         If it cannot be read.
     """
     name = os.fspath(path)
-    lines: list[tuple[int, list[str]]] = []
     try:
         text = Path(path).read_bytes().decode("utf-8-sig")  # a byte order mark is no part of a name
         reader = csv.reader(io.StringIO(text, newline=""))
