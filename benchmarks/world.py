@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from stairlab.physics import CUBE_EDGE, MAX_STEPS, PUSH_STEPS, RELEASE_VELOCITY, TIME_STEP, Staircase, build_space
 from stairlab.sampling import sample_motions
-from stairlab.world import StairWorld
+from stairlab.world import StairWorld, recall_or_fly
 
 TURN = 20
 """ Jumps that one of the two makes before it is the other's turn """
@@ -42,7 +42,8 @@ def plain_loop(staircase: Staircase, state: np.ndarray, magnitude: float, angle:
 
 
 def world_jump(world: StairWorld, motion: np.ndarray) -> tuple[float, float]:
-    """Return y and z where the world's jump from the start pose ends [m]."""
+    """Return y and z where the world's jump from the start pose ends [m]; it is made, not remembered."""
+    recall_or_fly.cache_clear()
     world.reset()
     end = world.jump(*motion.tolist()).end
     return float(end[1]), float(end[2])

@@ -88,6 +88,7 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
     - `observation="paper"`: or `"full"`.
     - `actuation_noise=0.0`: standard deviation of the force, relative to it.
     - `x_drift=False`: let x drift by the model of `StairWorld`.
+    - `restitution=None`: of the risers, see `Staircase`.
     - `render_mode=None`: or `"rgb_array"`.
 
     `info` holds `steps` (steps climbed, 0 on the ground), `height` [m], `on_map`, and `duration` (simulated time of the jump [s]).
@@ -106,6 +107,7 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
         observation: str = "paper",
         actuation_noise: float = 0.0,
         x_drift: bool = False,
+        restitution: float | None = None,
         render_mode: str | None = None,
     ) -> None:
         if render_mode == "human":
@@ -117,7 +119,8 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
         names = OBSERVATIONS[one_of("observation", observation, OBSERVATIONS)]
         self.actuation_noise = finite_number("actuation_noise", actuation_noise, low=0, high=1)
         self.render_mode = render_mode
-        self.world = StairWorld(Staircase(whole_number("n_steps", n_steps, low=1), last_run=LAST_RUN), x_drift=x_drift)
+        staircase = Staircase(whole_number("n_steps", n_steps, low=1), last_run=LAST_RUN, restitution=restitution)
+        self.world = StairWorld(staircase, x_drift=x_drift)
         self.action_space = spaces.Box(
             self.world.motion_low.astype(np.float32), self.world.motion_high.astype(np.float32), dtype=np.float32
         )

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
@@ -82,7 +82,7 @@ NO_RISER = 10.0
 
 @dataclass(frozen=True)
 class Staircase:
-    """The geometry of the stairs (figure 1a of the paper). Step k has its riser at ``first_riser + (k - 1) run``.
+    """The stairs (figure 1a of the paper): their geometry, and how their risers rebound. Riser k is at ``first_riser + (k - 1) run``.
 
     Parameters
     ----------
@@ -94,6 +94,9 @@ class Staircase:
         y of the first riser [m].
     last_run : float, optional
         Depth of the last tread [m], ``run`` by default. Behind it the ground goes on at z = 0.
+    restitution : float, optional
+        Share of its speed that a riser gives back to the cube at every impact, 0 to 1. By default it rebounds as the recorded jumps
+        show (see ``REBOUND_SPEED`` and ``SLIDING_RESTITUTION``); a number asks how far a result depends on that.
 
     Raises
     ------
@@ -106,6 +109,7 @@ class Staircase:
     run: float = 0.4
     first_riser: float = 0.6
     last_run: float | None = None
+    restitution: float | None = None
 
     def __post_init__(self) -> None:
         whole_number("n_steps", self.n_steps, low=1, high=200)
@@ -114,11 +118,13 @@ class Staircase:
         if self.last_run is None:
             object.__setattr__(self, "last_run", self.run)
         finite_number("last_run", self.last_run, above=0)
+        if self.restitution is not None:
+            finite_number("restitution", self.restitution, low=0, high=1)
 
     @classmethod
-    def fifteen(cls) -> Staircase:
+    def fifteen(cls, restitution: float | None = None) -> Staircase:
         """Return the stairs of the learning task: fifteen steps, the last tread 10 m deep."""
-        return cls(n_steps=15, last_run=10.0)
+        return cls(n_steps=15, last_run=10.0, restitution=restitution)
 
     @property
     def risers(self) -> np.ndarray:
@@ -185,14 +191,14 @@ class Trajectory:
     rotation: np.ndarray
 
 
-def build_space(staircase: Staircase, state: np.ndarray) -> tuple[pymunk.Space, pymunk.Body]:
+def build_space(staircase: Staircase, state: Sequence[float] | np.ndarray) -> tuple[pymunk.Space, pymunk.Body]:
     """Build the stairs and the cube at rest in ``state``, ready to be stepped; in Pymunk, x is our y and y is our z.
 
     Parameters
     ----------
     staircase : Staircase
         The stairs.
-    state : ndarray of shape (8,)
+    state : sequence of 8 floats
         State of the cube.
 
     Returns
@@ -247,7 +253,9 @@ def _meet_riser(arbiter: pymunk.Arbiter, space: pymunk.Space, staircase: Stairca
     (y, z), (vy, vz), spin = cube.position, cube.velocity, cube.angular_velocity
     corners = [point.point_a for point in contacts.points]
     speed = max(abs((vy - spin * (cz - z)) * normal_y + (vz + spin * (cy - y)) * normal_z) for cy, cz in corners)
-    if speed > SLOWEST_IMPACT:
+    if speed > SLOWEST_IMPACT and staircase.restitution is not None:
+        arbiter.restitution = staircase.restitution
+    elif speed > SLOWEST_IMPACT:
         stands = abs(z - CUBE_EDGE / 2 - staircase.height_at(y)) < STANDING and abs(vz) < SLOWEST_IMPACT
         slides = stands and speed < HARDEST_SLIDING_REBOUND
         arbiter.restitution = SLIDING_RESTITUTION if slides else REBOUND_SPEED / speed
@@ -275,7 +283,7 @@ def interrupts_wait() -> Iterator[None]:
 class Flight:
     """A jump under way: steps the space, but computes free flight at once and sees rest early."""
 
-    def __init__(self, staircase: Staircase, state: np.ndarray, record: bool) -> None:
+    def __init__(self, staircase: Staircase, state: Sequence[float], record: bool) -> None:
         self.space, self.body = build_space(staircase, state)
         self.staircase = staircase
         self.steps = 0

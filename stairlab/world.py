@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -41,6 +42,8 @@ DEEPEST_START = 0.01
 """ A state may overlap the stairs by this much [m] """
 FARTHEST = 1e6
 """ Positions beyond it are refused: a micrometre would be lost among the digits of a number [m] """
+REMEMBERED_JUMPS = 2**15
+""" Jumps kept in memory, some 20 MB: in learning, every third to second jump is one that was made before """
 
 
 def check_world(world: World) -> World:
@@ -327,16 +330,14 @@ class StairWorld:
         if rng is not None and not isinstance(rng, np.random.Generator):
             raise TypeError(f"rng must be a numpy.random.Generator, not {rng!r}.")
         start = self.state
-        with interrupts_wait():
-            flight = Flight(self.staircase, start, trajectory)
-            flight.push(float(magnitude), math.radians(angle))
-            rests = flight.until_rest()
-        if not rests:
+        fly = _fly if trajectory else recall_or_fly
+        flight = fly(self.staircase, tuple(start.tolist()), float(magnitude), float(angle), trajectory)
+        if flight is None:
             raise RuntimeError(
                 f"The jump with {magnitude:g} N at {angle:g} degrees from the state {np.round(start, 4).tolist()} was not over after "
                 f"{TIME_LIMIT:g} simulated seconds."
             )
-        y, z, rotation = flight.pose
+        (y, z, rotation), duration, path = flight
         end = self.state_at(y, z, rotation, float(start[0]))
         if self.x_drift and rng is not None:
             end[0] += self._drift(round((z - float(start[2])) / self.staircase.rise), rng)
@@ -347,8 +348,8 @@ class StairWorld:
             start,
             end.copy(),
             self.on_map(end),
-            flight.duration,
-            flight.trajectory,
+            duration,
+            path,
         )
 
     @staticmethod
@@ -363,3 +364,16 @@ class StairWorld:
             "tumbles": rng.uniform(*TUMBLE),
         }
         return float(rng.choice((-1.0, 1.0)) * sizes[kind])
+
+
+def _fly(
+    staircase: Staircase, state: tuple[float, ...], magnitude: float, angle: float, record: bool
+) -> tuple[tuple[float, float, float], float, Trajectory | None] | None:
+    """Return pose at rest, duration and path of a jump; None if it is not over within the time limit."""
+    with interrupts_wait():
+        flight = Flight(staircase, state, record)
+        flight.push(magnitude, math.radians(angle))
+        return (flight.pose, flight.duration, flight.trajectory) if flight.until_rest() else None
+
+
+recall_or_fly = lru_cache(maxsize=REMEMBERED_JUMPS)(_fly)
