@@ -36,7 +36,18 @@ if TYPE_CHECKING:
         reliability,
         uniform_prototypes,
     )
+    from stairlab.results import StudyResults, load_published_study
     from stairlab.sampling import Samples, replay_motions, sample_motions
+    from stairlab.study import Study
+    from stairlab.study_plots import (
+        method_style,
+        plot_improvement,
+        plot_last_episodes,
+        plot_learning_certainty,
+        plot_learning_curves,
+        plot_study_scores,
+        plot_traps,
+    )
     from stairlab.world import Jump, StairWorld, World
 
 __version__ = "0.1.0"
@@ -77,6 +88,8 @@ _MODULES = {
     "fidelity": ("Fidelity", "measure_fidelity", "riser_gaps"),
     "envs": ("DiscreteMotions", "UpTheStairs"),
     "agents": ("Training", "count_parameters", "load_agent", "make_env", "play", "save_agent", "train"),
+    "results": ("StudyResults", "load_published_study"),
+    "study": ("Study",),
     "pipeline": ("Run", "run_pipeline"),
     "report": ("write_report",),
     "plots": (
@@ -92,10 +105,19 @@ _MODULES = {
         "plot_world",
         "save_figure",
     ),
+    "study_plots": (
+        "method_style",
+        "plot_improvement",
+        "plot_last_episodes",
+        "plot_learning_certainty",
+        "plot_learning_curves",
+        "plot_study_scores",
+        "plot_traps",
+    ),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
-_EXTRA = ("envs", "agents")
+_EXTRA = ("envs", "agents", "study")
 """ Modules that need the extra rl; a star import leaves them out """
 __all__ = sorted(name for name, module in _HOME.items() if module not in _EXTRA)
 

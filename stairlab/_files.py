@@ -21,6 +21,8 @@ def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
         with open(handle, "wb") as file:
             file.write(data)
+            file.flush()
+            os.fsync(file.fileno())  # on the disk before it has its name, whatever happens then
         os.chmod(temporary, 0o644)
         os.replace(temporary, path)
     except BaseException as error:

@@ -1,13 +1,16 @@
-"""The command ``stairlab``: the paper's pipeline, whole (``run``) or step by step, with tables or JSON on the terminal."""
+"""The command ``stairlab``: the paper's pipeline, whole (``run``) or step by step, and its learning study, on the terminal."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import os
+import re
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -26,7 +29,12 @@ EXAMPLES = {
     "prototypes": "stairlab prototypes samples.csv --preset paper-figures --output prototypes.csv",
     "replay": "stairlab replay prototypes.csv",
     "fidelity": "stairlab fidelity gazebo_jumps.csv --json",
+    "published": "stairlab published beyond --out beyond",
+    "study": "stairlab study --methods effect uniform random mine=motions.csv --seeds 0-19 --out study",
 }
+QUICK_NOTE = "this is a quick study: it shows the shape of a real one with small budgets, and its numbers say nothing about the paper"
+MOST_SEEDS = 10_000
+""" In one range of seeds """
 
 
 class _Parser(argparse.ArgumentParser):
@@ -48,7 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
     except BrokenPipeError:  # the reader, such as head, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (ValueError, TypeError, OSError, RuntimeError, MemoryError) as error:
+    except (ValueError, TypeError, OSError, RuntimeError, MemoryError, ImportError) as error:
         print(f"stairlab {options.name}: error: {_one_line(error)}", file=sys.stderr)
         return 2
     return 0
@@ -138,6 +146,14 @@ def build_parser() -> argparse.ArgumentParser:
     _add_steps(replay)
     _add_seed(replay)
 
+    published = _add(
+        commands, "published", _published, "the study that comes with the package: tables, figures and a report into a folder"
+    )
+    published.add_argument(
+        "part", nargs="?", default="paper", help="paper (default), or another part: a wrong name lists them"
+    )
+    published.add_argument("--out", type=Path, metavar="FOLDER", help="where to write (default: published-PART)")
+
     fidelity = _add(
         commands, "fidelity", _fidelity, "replay recorded jumps and measure how well the world agrees with them"
     )
@@ -145,6 +161,9 @@ def build_parser() -> argparse.ArgumentParser:
     fidelity.add_argument(
         "--figure", type=Path, metavar="FILE", help="where to draw it (default: fidelity.png; with --json none)"
     )
+
+    study = _add(commands, "study", _study, "train agents with different sets of motions, and compare them (figure 4)")
+    _add_study(study)
     return parser
 
 
@@ -178,6 +197,63 @@ def _add_sampling(parser: argparse.ArgumentParser) -> None:
 
 def _add_steps(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--steps", type=int, default=4, metavar="N", help="steps of the staircase (default: 4)")
+
+
+def _add_study(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--methods",
+        nargs="+",
+        metavar="NAME",
+        help="effect, effect-reliable, fixed, uniform, random, uniform-matched, random-matched, sac (default: all of them); "
+        "along-stairs (beyond the paper); or name=motions.csv for a set of your own",
+    )
+    parser.add_argument(
+        "--seeds",
+        nargs="+",
+        type=_seeds,
+        metavar="SEED",
+        help="numbers and ranges, such as 0-4 7 (default: 0-4, with --quick 0-1)",
+    )
+    parser.add_argument(
+        "--timesteps", type=int, metavar="N", help="jumps to train with (default: 30000, with --quick 2000)"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="FOLDER",
+        help="where to write; what is there of the same study is not made again (default: study, with --quick study-quick)",
+    )
+    parser.add_argument("--jobs", type=int, default=-1, metavar="N", help="processes, -1 for all cores (default: -1)")
+    parser.add_argument(
+        "--dask", metavar="ADDRESS", help="of the scheduler of a Dask cluster, such as tcp://host:8786, to run on"
+    )
+    parser.add_argument(
+        "--restitution",
+        type=float,
+        metavar="X",
+        help="share of its speed that a riser gives back to the cube, 0 to 1 (default: as in the recorded jumps)",
+    )
+    parser.add_argument(
+        "--tuned",
+        action="store_true",
+        help="DQN settings that fit the task instead of the published ones, for all sets",
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="small budgets, to see in minutes what comes out; the numbers say nothing"
+    )
+
+
+def _seeds(text: str) -> Sequence[int]:
+    """Read a seed, or a range of them, such as 0-19."""
+    if not (match := re.fullmatch(r"([0-9]{1,18})(?:-([0-9]{1,18}))?", text)):
+        raise argparse.ArgumentTypeError(f"expected a seed from 0, or a range such as 0-19, not {text!r}")
+    first = int(match[1])
+    last = int(match[2] or first)
+    if not first <= last < first + MOST_SEEDS:
+        raise argparse.ArgumentTypeError(
+            f"a range goes from a seed to a greater one, at most {MOST_SEEDS}, not {text!r}"
+        )
+    return range(first, last + 1)
 
 
 def _world(options: argparse.Namespace) -> StairWorld:
@@ -292,6 +368,46 @@ def _fidelity(options: argparse.Namespace) -> None:
     _say(f"figure in {figure}")
 
 
+def _study(options: argparse.Namespace) -> None:
+    from stairlab.beyond import TUNED_DQN
+    from stairlab.study import Study
+
+    out = options.out or Path("study-quick" if options.quick else "study")
+    _check_writable(out, folder=True)
+    if options.dask:
+        from stairlab.cluster import dask_cluster
+    given: dict[str, Any] = {"methods": options.methods, "seeds": options.seeds and list(chain(*options.seeds))}
+    if options.timesteps is not None:
+        given |= {"total_timesteps": options.timesteps, "eval_every": _eval_every(options)}
+    if options.tuned:
+        given["dqn"] = TUNED_DQN
+    given = {name: value for name, value in given.items() if value is not None}
+    study = (Study.quick if options.quick else Study)(out_dir=out, restitution=options.restitution, **given)
+    with dask_cluster(options.dask) if options.dask else nullcontext():
+        results = study.run(options.jobs)
+    results.save(out)
+    _show(({"note": QUICK_NOTE} if options.quick else {}) | {"summary": results.summary()}, options)
+    _say(f"runs, tables, figures and report in {out}")
+
+
+def _published(options: argparse.Namespace) -> None:
+    from stairlab.results import load_published_study
+
+    results = load_published_study(options.part)
+    out = options.out or Path(f"published-{options.part}")
+    _check_writable(out, folder=True)
+    results.save(out)
+    _show({"command": results.description["command"], "summary": results.summary()}, options)
+    _say(f"tables, figures and report in {out}: open {out / 'report.html'}")
+
+
+def _eval_every(options: argparse.Namespace) -> int:
+    """Evaluate as often as usual, and a short training at its end."""
+    from stairlab.study import EVAL_EVERY, QUICK
+
+    return min(QUICK["eval_every"] if options.quick else EVAL_EVERY, max(options.timesteps, 1))
+
+
 def _check_writable(path: Path, folder: bool = False) -> None:
     """Refuse an output that cannot be written before any work is done."""
     place = path if folder else path.parent
@@ -307,14 +423,16 @@ def _check_writable(path: Path, folder: bool = False) -> None:
         raise ValueError(f"{path} is a folder; name a file")
 
 
-def _show(tables: Mapping[str, pd.DataFrame | int], options: argparse.Namespace) -> None:
+def _show(tables: Mapping[str, pd.DataFrame | int | str], options: argparse.Namespace) -> None:
     if options.json:
         print(
-            json.dumps({name: value if isinstance(value, int) else _records(value) for name, value in tables.items()})
+            json.dumps(
+                {name: value if isinstance(value, int | str) else _records(value) for name, value in tables.items()}
+            )
         )
         return
     for name, value in tables.items():
-        if isinstance(value, int):
+        if isinstance(value, int | str):
             print(f"{name}: {value}")
         elif len(value):
             print(f"\n{name}\n{value.to_string(float_format=_short, index=value.index.name is not None)}")

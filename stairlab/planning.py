@@ -29,6 +29,8 @@ TOLERANCE = 0.001
 """ Rest states on the same step, in the same cell of this width in y, are taken for one [m] """
 ROTATION_CELL = 5.0
 """ ... if they are also turned alike, in cells of this width; a quarter turn leaves a cube as it was [deg] """
+GAPS = tuple(np.geomspace(0.001, 0.3, 40).round(5).tolist())
+""" Gaps to the riser ahead from which ``trap_width`` tries the motions [m] """
 LOWEST_RISE = 0.1
 """ Steps lower than this are refused: the dead band would hide them, or take a leaning cube for a climbing one [m] """
 
@@ -207,6 +209,58 @@ def best_return(
             second.run(max_simulated - first.simulated, bar)
             searches, episode = [first, second], second.best
     return _plan(searches, episode, settings)
+
+
+def trap_width(staircase: Staircase, motions: Prototypes | np.ndarray) -> float:
+    r"""Return the gap to the riser ahead below which no motion of a set climbs: the width of the trap that the riser is.
+
+    A riser takes the forward part of a push, so a cube climbs from a gap g only on a path that is steep enough to pass the edge,
+
+    .. math:: \tan \alpha > h / g,
+
+    with h the height of a step (a cube that tumbles over the edge needs a little less). Every motion at least half as steep is tried,
+    from upright on the tread in the middle of the stairs.
+
+    Parameters
+    ----------
+    staircase : Staircase
+        The stairs.
+    motions : Prototypes or array-like of shape (n_motions, 2)
+        Magnitude [N] and angle [deg], all different.
+
+    Returns
+    -------
+    float
+        The largest gap of ``GAPS`` for which neither it nor any smaller one lets a motion climb [m]; 0 if there is none, infinite
+        if no motion climbs from any.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is not as described.
+
+    Examples
+    --------
+    >>> trap_width(Staircase.fifteen(), [[500, 80]]) > trap_width(Staircase.fifteen(), [[500, 80], [500, 88]])
+    True
+    """
+    world = StairWorld(staircase)
+    values = _checked(world, motions)
+    slope = np.tan(np.radians(values[:, 1]))
+    widest = 0.0
+    for gap in GAPS:
+        if any(_climbs(world, gap, motion) for motion in values[slope > staircase.rise / gap / 2]):
+            return widest
+        widest = gap
+    return math.inf
+
+
+def _climbs(world: StairWorld, gap: float, motion: np.ndarray) -> bool:
+    """Whether a motion gains height from upright at a gap to the middle riser."""
+    stairs = world.staircase
+    below = stairs.n_steps // 2
+    world.reset(world.state_at(stairs.risers[below] - gap - CUBE_EDGE / 2, stairs.rise * below + CUBE_EDGE / 2))
+    return bool(world.perform(motion).dz > DEAD_BAND)
 
 
 def _checked(world: StairWorld, motions: Prototypes | np.ndarray) -> np.ndarray:

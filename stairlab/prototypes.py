@@ -18,7 +18,7 @@ from scipy.spatial.distance import cdist
 
 from stairlab._files import Table, read_table, write_whole
 from stairlab._validation import Seed, finite_array, one_of, read_only, seed_sequence, whole_number
-from stairlab.clustering import RobustGrowingNeuralGas
+from stairlab.clustering import KMeans, RobustGrowingNeuralGas
 from stairlab.effects import EffectClasses
 from stairlab.sampling import draw_motion, motion_grid, replay_motions
 from stairlab.world import World, check_world
@@ -240,6 +240,7 @@ def effect_prototypes(
     fixed: int | None = None,
     single: str = "mean",
     refine: str = "none",
+    place: str = "rgng",
     world: World | None = None,
 ) -> Prototypes:
     r"""Generate action prototypes from effect classes (equation 4).
@@ -256,7 +257,7 @@ def effect_prototypes(
     seed : int or numpy.random.SeedSequence
         For RGNG; class k has child k.
     counts : pandas.DataFrame, optional
-        With a column "xi"; by default those of ``prototype_counts``.
+        With a column "xi"; by default those of ``prototype_counts``. A class with xi = 0 gets no prototype.
     fixed : int, optional
         The same count for every class instead (5 is the paper's method (b), figure 3b).
     single : {"mean", "nearest-effect"}
@@ -268,6 +269,9 @@ def effect_prototypes(
         than to its others, "central" takes the one deepest inside the class (farthest from any motion of another class),
         "agreeing" the one whose 20 nearest neighbours among all samples agree most. "core" leaves the paper's method as it is,
         but shows it only the half of the class's motions whose neighbours agree most.
+    place : {"rgng", "k-means"}
+        What places more than one prototype: robust growing neural gas (the paper), or K-Means, whose centres are as many as were asked
+        for.
     world : World, optional
         Where given, prototypes are clipped to its motion space (by default to the range of the samples' motions).
 
@@ -284,6 +288,7 @@ def effect_prototypes(
         raise TypeError(f"classes must be EffectClasses, not {type(classes).__name__}.")
     one_of("single", single, ("mean", "nearest-effect"))
     refiner = REFINERS[one_of("refine", refine, REFINERS)]
+    placer = PLACERS[one_of("place", place, PLACERS)]
     members_of = _core if refine == "core" else _MotionSpace.members
     xi = _counts_to_use(classes, counts, fixed)
     space = _MotionSpace(classes)
@@ -296,17 +301,20 @@ def effect_prototypes(
     for number, child in zip(
         classes.numbers, seed_sequence(seed, "effect prototypes").spawn(classes.n_classes), strict=True
     ):
+        if xi[number - 1] == 0:
+            found.append(space.points[:0])
+            continue
         if single == "nearest-effect" and xi[number - 1] == 1:
             nodes = _with_nearest_effect(classes, space, number)
         else:
-            nodes = _place(members_of(space, number), int(xi[number - 1]), child)
+            nodes = _place(members_of(space, number), int(xi[number - 1]), placer, child)
         found.append(np.clip(space.motions(refiner(space, number, nodes)), low, high))
     return Prototypes(
         np.vstack(found),
         np.repeat(classes.numbers, [len(motions) for motions in found]),
         method="effect" if fixed is None else "fixed",
         seed=_seed_name(seed),
-        settings={"xi": xi.tolist(), "single": single, "refine": refine, "classes": classes.settings},
+        settings={"xi": xi.tolist(), "single": single, "refine": refine, "place": place, "classes": classes.settings},
         motion_names=classes.samples.motion_names,
     )
 
@@ -322,9 +330,9 @@ def _counts_to_use(classes: EffectClasses, counts: pd.DataFrame | None, fixed: i
             f"counts must be a table with a column 'xi', as prototype_counts returns it, not {type(counts).__name__}."
         )
     xi = finite_array("counts['xi']", counts["xi"].reindex(classes.numbers), ndim=1)
-    if (xi < 1).any() or (xi % 1).any():
+    if (xi < 0).any() or (xi % 1).any() or not xi.any():
         raise ValueError(
-            f"counts must hold a whole xi of 1 or more for each of {classes.n_classes} classes, not {xi.tolist()}."
+            f"counts must hold a whole xi of 0 or more for each of {classes.n_classes} classes, not all 0, and not {xi.tolist()}."
         )
     return xi.astype(int)
 
@@ -348,12 +356,24 @@ class _MotionSpace:
         return self.points[self.labels == number]
 
 
-def _place(members: np.ndarray, xi: int, seed: np.random.SeedSequence) -> np.ndarray:
-    """Place prototypes among a class's motions: their mean for one, RGNG for more."""
+_Placer = Callable[[np.ndarray, int, np.random.SeedSequence], np.ndarray]
+
+
+def _place(members: np.ndarray, xi: int, placer: _Placer, seed: np.random.SeedSequence) -> np.ndarray:
+    """Place prototypes among a class's motions: their mean for one, RGNG or K-Means for more."""
     xi = min(xi, len(np.unique(members, axis=0)))
-    if xi == 1:
-        return members.mean(axis=0, keepdims=True)
+    return members.mean(axis=0, keepdims=True) if xi == 1 else placer(members, xi, seed)
+
+
+def _by_rgng(members: np.ndarray, xi: int, seed: np.random.SeedSequence) -> np.ndarray:
     return RobustGrowingNeuralGas(max_nodes=xi, random_state=seed).fit(members).nodes_
+
+
+def _by_kmeans(members: np.ndarray, xi: int, seed: np.random.SeedSequence) -> np.ndarray:
+    return KMeans(n_clusters=xi, random_state=seed).fit(members).cluster_centers_
+
+
+PLACERS: dict[str, _Placer] = {"rgng": _by_rgng, "k-means": _by_kmeans}
 
 
 def _with_nearest_effect(classes: EffectClasses, space: _MotionSpace, number: int) -> np.ndarray:
@@ -367,6 +387,21 @@ def _agreement(space: _MotionSpace, number: int) -> np.ndarray:
     asked = min(NEIGHBOURS + 1, len(space.points))
     neighbours = KDTree(space.points).query(space.members(number), k=asked)[1].reshape(-1, asked)
     return (space.labels[neighbours] == number).mean(axis=1)
+
+
+def class_agreement(classes: EffectClasses) -> np.ndarray:
+    """Return how well each class can be brought about: the largest share of like neighbours that a motion of the class has.
+
+    Asked are the motion and its 20 nearest neighbours among all samples, in standardised motion space. Where the samples start from
+    many states, a share near 1 says that some motion has this effect from nearly all of them.
+
+    Returns
+    -------
+    ndarray of shape (n_classes,)
+        From 0 to 1.
+    """
+    space = _MotionSpace(classes)
+    return np.array([_agreement(space, number).max() for number in classes.numbers])
 
 
 def _core(space: _MotionSpace, number: int) -> np.ndarray:
@@ -415,7 +450,7 @@ REFINERS: dict[str, Callable[[_MotionSpace, int, np.ndarray], np.ndarray]] = {
 }
 
 
-def uniform_prototypes(world: World, per_side: int = 4) -> Prototypes:
+def uniform_prototypes(world: World, per_side: int = 4, *, n: int | None = None) -> Prototypes:
     """Return a regular grid over the motion space, corners included (figure 3d): 16 prototypes for the stairs.
 
     Parameters
@@ -424,15 +459,34 @@ def uniform_prototypes(world: World, per_side: int = 4) -> Prototypes:
         Its motion space is used.
     per_side : int
         Prototypes along each motion parameter, 2 or more.
+    n : int, optional
+        As many prototypes as this instead, 4 or more, where a motion has two parameters: as near to a square grid as there is, in
+        rows of equal distance (of the second parameter), some of which hold one more.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is not as described.
     """
     check_world(world)
-    per_side = whole_number("per_side", per_side, low=2)
-    return Prototypes(
-        motion_grid(world, per_side),
-        method="uniform",
-        settings={"per_side": per_side},
-        motion_names=tuple(world.motion_names),
-    )
+    if n is None:
+        settings = {"per_side": whole_number("per_side", per_side, low=2)}
+        motions = motion_grid(world, per_side)
+    else:
+        settings = {"n": whole_number("n", n, low=4)}
+        motions = _rows(world, n)
+    return Prototypes(motions, method="uniform", settings=settings, motion_names=tuple(world.motion_names))
+
+
+def _rows(world: World, n: int) -> np.ndarray:
+    """Return n motions in rows, the longer rows first; shape (n, 2)."""
+    if len(world.motion_names) != 2:
+        raise ValueError(f"n needs a world with two motion parameters, not {len(world.motion_names)}; use per_side.")
+    (low, first), (high, last) = (np.asarray(bound).tolist() for bound in (world.motion_low, world.motion_high))
+    n_rows = round(math.sqrt(n))
+    sizes = [len(row) for row in np.array_split(np.arange(n), n_rows)]
+    second = np.repeat(np.linspace(first, last, n_rows), sizes)
+    return np.column_stack([np.concatenate([np.linspace(low, high, size) for size in sizes]), second])
 
 
 def random_prototypes(world: World, n: int = 10, seed: Seed = 0) -> Prototypes:

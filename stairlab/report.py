@@ -99,10 +99,8 @@ def save_run(run: Run, out_dir: str | PathLike[str], *, progress: bool = True) -
     for name in SET_FILES:
         written.append(folder / f"prototypes_{name}.csv")
         run.prototypes[name].to_csv(written[-1])
-    pictures = draw_figures(run, progress)
-    for name, picture in pictures.items():
-        written.append(folder / f"{name}.png")
-        write_bytes(written[-1], picture.png)
+    pictures = draw_figures(figures(run), progress)
+    written += save_pictures(pictures, folder)
     written.append(folder / REPORT)
     _write(run, pictures, written[-1])
     return written
@@ -120,7 +118,7 @@ def write_report(run: Run, path: str | PathLike[str], *, progress: bool = False)
     progress : bool
         Show a progress bar.
     """
-    _write(run, draw_figures(run, progress), path)
+    _write(run, draw_figures(figures(run), progress), path)
 
 
 def _write(run: Run, pictures: dict[str, Picture], path: str | PathLike[str]) -> None:
@@ -128,14 +126,28 @@ def _write(run: Run, pictures: dict[str, Picture], path: str | PathLike[str]) ->
     write_whole(path, lambda file: file.write(page))
 
 
-def draw_figures(run: Run, progress: bool = False) -> dict[str, Picture]:
-    """Draw all figures of a run."""
-    bar = tqdm(figures(run).items(), desc="figures", disable=not progress, leave=False, delay=0.5)
+def draw_figures(figures: dict[str, Callable[[], Figure]], progress: bool = False) -> dict[str, Picture]:
+    """Draw the figures of a report."""
+    bar = tqdm(figures.items(), desc="figures", disable=not progress, leave=False, delay=0.5)
     return {name: Picture(plots.png(figure), plots.alt_text(figure)) for name, draw in bar for figure in [draw()]}
 
 
+def save_pictures(pictures: dict[str, Picture], folder: Path) -> list[Path]:
+    """Write each picture into a file of its name."""
+    written = []
+    for name, picture in pictures.items():
+        written.append(folder / f"{name}.png")
+        write_bytes(written[-1], picture.png)
+    return written
+
+
 def render(run: Run, pictures: dict[str, Picture]) -> str:
-    """Return the report as HTML."""
+    """Return the report of a run as HTML."""
+    return render_page("report.html.jinja", pictures, **_context(run))
+
+
+def render_page(template: str, pictures: dict[str, Picture], **context: Any) -> str:
+    """Fill a template of a report."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("stairlab"),
         autoescape=True,
@@ -151,7 +163,7 @@ def render(run: Run, pictures: dict[str, Picture]) -> str:
         "word": lambda value: WORDS[value] if value < len(WORDS) else f"{value:,}",
         "listed": listed,
     }
-    return environment.get_template("report.html.jinja").render(_context(run), pictures=pictures)
+    return environment.get_template(template).render(context, pictures=pictures)
 
 
 def fixed(value: float, digits: int = 3) -> str:

@@ -4,7 +4,7 @@ from functools import cache
 from typing import Any
 
 from stairlab.pipeline import Run, run_pipeline
-from stairlab.report import Picture, draw_figures, render
+from stairlab.report import Picture, draw_figures, figures, render
 
 ARGUMENTS: dict[str, Any] = {"n": 300, "seed": 0, "replays": 3, "progress": False}
 
@@ -16,7 +16,7 @@ def small_run() -> Run:
 
 @cache
 def pictures() -> dict[str, Picture]:
-    return draw_figures(small_run())
+    return draw_figures(figures(small_run()))
 
 
 @cache

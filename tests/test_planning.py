@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stairlab.physics import Staircase
-from stairlab.planning import Plan, best_return, jump_reward
+from stairlab.planning import GAPS, Plan, best_return, jump_reward, trap_width
 from stairlab.prototypes import Prototypes, random_prototypes, uniform_prototypes
 from stairlab.world import StairWorld
 
@@ -234,3 +234,26 @@ def test_bad_input_is_refused_with_a_sentence_that_names_it(arguments, message):
     given = {"staircase": TINY, "motions": [SINGLE_STEP], "progress": False} | arguments
     with pytest.raises((ValueError, TypeError), match=message):
         best_return(**given)
+
+
+def test_a_riser_is_a_wider_trap_for_a_flatter_set():
+    widths = [trap_width(Staircase.fifteen(), [[500.0, angle]]) for angle in (88.0, 84.0, 80.0, 75.0)]
+    assert widths == sorted(widths)
+    assert len(set(widths)) == 4
+
+
+def test_the_trap_is_about_as_wide_as_the_steepest_path_allows():
+    # on a straight path the cube's front reaches the riser at height g tan(alpha); gravity only bends it down, tumbling helps a little
+    for angle in (80.0, 84.0, 88.0):
+        width = trap_width(Staircase.fifteen(), [[1000.0, angle]])
+        assert 0.6 < width * np.tan(np.radians(angle)) / 0.3 < 1.2
+
+
+def test_the_trap_of_a_set_is_that_of_its_best_motion():
+    flat, steep = [500.0, 75.0], [500.0, 86.0]
+    assert trap_width(Staircase.fifteen(), [flat, steep]) == trap_width(Staircase.fifteen(), [steep])
+
+
+def test_motions_that_never_climb_are_trapped_everywhere():
+    assert trap_width(Staircase.fifteen(), [[50.0, 89.0], [1000.0, 1.0]]) == np.inf
+    assert GAPS[0] < 0.002

@@ -171,6 +171,20 @@ def test_counts_of_ones_own_are_taken_as_they_are(classes):
     assert len(effect_prototypes(classes, counts=ones)) == 6
 
 
+def test_a_class_with_a_count_of_zero_gets_no_prototype(classes):
+    counts = pd.DataFrame({"xi": [0, 2, 0, 3, 1, 0]}, index=classes.numbers)
+    assert set(effect_prototypes(classes, counts=counts).classes) == {2, 4, 5}
+    with pytest.raises(ValueError, match="not all 0"):
+        effect_prototypes(classes, counts=0 * counts)
+
+
+def test_kmeans_places_as_many_prototypes_as_were_asked_for(classes):
+    found = effect_prototypes(classes, fixed=7, place="k-means")
+    assert np.bincount(found.classes)[1:].tolist() == [7] * 6
+    with pytest.raises(ValueError, match="place must be one of 'rgng', 'k-means', not 'grid'"):
+        effect_prototypes(classes, place="grid")
+
+
 def test_the_same_seed_gives_the_same_prototypes_and_another_seed_others(classes, prototypes, world):
     again = effect_prototypes(classes, seed=0, world=world)
     assert (again.motions == prototypes.motions).all()
@@ -210,6 +224,19 @@ def test_uniform_prototypes_are_a_grid_with_the_corners(world):
     corners = {(50.0, 1.0), (50.0, 89.0), (1000.0, 1.0), (1000.0, 89.0)}
     assert corners <= set(map(tuple, uniform.motions))
     assert np.allclose(np.unique(uniform.motions[:, 0]), [50, 50 + 950 / 3, 50 + 1900 / 3, 1000])
+
+
+def test_a_uniform_set_can_have_any_size_and_keeps_the_corners(world):
+    for n in range(4, 30):
+        motions = uniform_prototypes(world, n=n).motions
+        assert len(np.unique(motions, axis=0)) == n
+        assert {(50, 1), (1000, 1), (50, 89), (1000, 89)} <= set(map(tuple, motions.tolist()))
+    same = uniform_prototypes(world, n=16).motions
+    assert sorted(map(tuple, same.tolist())) == sorted(map(tuple, uniform_prototypes(world).motions.tolist()))
+    with pytest.raises(ValueError, match="n must be at least 4, not 3"):
+        uniform_prototypes(world, n=3)
+    with pytest.raises(ValueError, match="n needs a world with two motion parameters, not 3"):
+        uniform_prototypes(PuckWorld(), n=9)
 
 
 def test_random_prototypes_are_drawn_from_the_motion_space(world):

@@ -1,0 +1,540 @@
+"""The comparison of the paper (section 4, figure 4), with as many seeds as it takes: methods x seeds, run, resumed, spread.
+
+A study is a folder with a folder for each run. A run appears whole or not at all and carries its checksums, so a study that was
+killed goes on where it was, and what was damaged since is noticed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import re
+import shutil
+import threading
+import time
+import warnings
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from functools import lru_cache
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import joblib
+import numpy as np
+import pandas as pd
+from filelock import FileLock, Timeout
+from threadpoolctl import threadpool_limits
+from tqdm import tqdm
+
+from stairlab._files import write_bytes
+from stairlab._validation import finite_number, whole_number
+from stairlab.agents import EVAL_EVERY, Training, count_parameters, make_env, train
+from stairlab.beyond import along_stairs_prototypes
+from stairlab.effects import EffectClasses
+from stairlab.physics import Staircase
+from stairlab.planning import MAX_SIMULATED, Plan, best_return
+from stairlab.prototypes import Prototypes, effect_prototypes, random_prototypes, uniform_prototypes
+from stairlab.results import StudyResults
+from stairlab.sampling import sample_motions
+from stairlab.world import StairWorld
+
+FIXED = 5
+""" Prototypes a class for the method "fixed" """
+METHODS = {
+    "effect": "effect-based prototypes (the paper's)",
+    "effect-reliable": "effect-based prototypes from the core of each class",
+    "fixed": "five prototypes a class",
+    "uniform": "a 4 x 4 grid of motions",
+    "random": "ten random motions",
+    "uniform-matched": "a grid of as many motions as effect has",
+    "random-matched": "as many random motions as effect has",
+    "sac": "SAC on the continuous motion space",
+}
+""" What a study of the paper compares """
+BEYOND = {"along-stairs": "at most twenty prototypes found along the stairs (beyond.py)"}
+""" What it can compare besides """
+SETS = METHODS | BEYOND
+CHECKSUMS = "SHA256SUMS"
+STUDY_FILE = "study.json"
+POLL_TIME = 1.0
+""" Between two looks at the runs that another process is making [s] """
+QUICK = {"total_timesteps": 2000, "eval_every": 200, "n_samples": 500, "max_simulated": 1000, "learning_starts": 300}
+""" Budgets of a quick study: its shape is that of a real one, its numbers say nothing """
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What all runs of a study share.
+
+    Attributes
+    ----------
+    total_timesteps : int
+        Jumps to train with.
+    eval_every : int
+        Training steps between two evaluations.
+    n_samples : int
+        Random jumps that the effect-based sets are made from.
+    max_simulated : int
+        Jumps that the search for the best return may simulate.
+    restitution : float or None
+        Of the risers, see ``Staircase``.
+    dqn, sac : dict
+        Settings of the algorithms in place of the published ones.
+    quick : bool
+        Whether the budgets are too small for the numbers to say anything.
+    """
+
+    total_timesteps: int = 30_000
+    eval_every: int = EVAL_EVERY
+    n_samples: int = 2000
+    max_simulated: int = MAX_SIMULATED
+    restitution: float | None = None
+    dqn: dict[str, Any] = field(default_factory=dict)
+    sac: dict[str, Any] = field(default_factory=dict)
+    quick: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("total_timesteps", "eval_every", "n_samples", "max_simulated"):
+            whole_number(name, getattr(self, name), low=1)
+        if self.eval_every > self.total_timesteps:
+            raise ValueError(
+                f"eval_every must be at most total_timesteps ({self.total_timesteps}), so that there is an evaluation, not "
+                f"{self.eval_every}."
+            )
+        if self.restitution is not None:
+            finite_number("restitution", self.restitution, low=0, high=1)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """One run: all that a worker needs to know."""
+
+    method: str
+    seed: int
+    settings: Settings
+    motions: Prototypes | None = None
+
+    @property
+    def name(self) -> str:
+        return f"{self.method}-{self.seed}"
+
+
+class Study:
+    """A comparison of action sets on Up The Stairs: a DQN for each set and seed, and SAC without a set.
+
+    Seed s gives independent children to sampling, to clustering and RGNG (and to random sets), and to training, so results depend
+    neither on the order of the runs nor on where they are made. Each seed makes its own samples and sets.
+
+    Parameters
+    ----------
+    methods : sequence of str
+        Names from ``METHODS`` and ``BEYOND``. For sets of one's own: a file of motions as ``"name=motions.csv"`` among the names.
+    seeds : iterable of int
+        Different seeds, 0 or greater.
+    total_timesteps : int
+        Jumps to train with.
+    out_dir : path-like
+        Folder of the study. One that holds runs of the same study is gone on with; other methods and seeds may join it.
+    **settings
+        See ``Settings``.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is not as described, or the folder holds another study. Nothing is trained then.
+    OSError
+        If a file of motions cannot be read.
+
+    Examples
+    --------
+    >>> study = Study(["effect", "uniform"], range(4), out_dir="study")  # doctest: +SKIP
+    >>> results = study.run()  # doctest: +SKIP
+    """
+
+    def __init__(
+        self,
+        methods: Sequence[str] = tuple(METHODS),
+        seeds: Iterable[int] = range(5),
+        total_timesteps: int = 30_000,
+        out_dir: str | PathLike[str] = "study",
+        **settings: Any,
+    ) -> None:
+        self.settings = Settings(total_timesteps, **settings)
+        self.own = dict(_own_sets(methods))
+        self.methods = [name.partition("=")[0] for name in methods]
+        self.seeds = [whole_number("a seed", seed, low=0) for seed in seeds]
+        for what, values in (("methods", self.methods), ("seeds", self.seeds)):
+            if not values or len(set(values)) < len(values):
+                raise ValueError(f"{what} must be one or more, all different, not {values}.")
+        self.out_dir = Path(out_dir)
+        for name, motions in self.own.items():
+            try:
+                make_env(motions)
+            except ValueError as error:
+                raise ValueError(f"The motions {name!r} cannot be used: {error}") from None
+        _check_same_study(self.out_dir, self._description())
+
+    @classmethod
+    def quick(
+        cls,
+        methods: Sequence[str] = tuple(METHODS),
+        seeds: Iterable[int] = range(2),
+        out_dir: str | PathLike[str] = "study-quick",
+        **settings: Any,
+    ) -> Study:
+        """Make a study with small budgets: it shows the shape of a real one in minutes, and is marked in every output."""
+        budgets: dict[str, Any] = {name: value for name, value in QUICK.items() if name != "learning_starts"}
+        dqn = {"learning_starts": QUICK["learning_starts"]}
+        return cls(methods, seeds, out_dir=out_dir, **(budgets | {"dqn": dqn} | settings | {"quick": True}))
+
+    def run(self, n_jobs: int = -1, *, progress: bool = True) -> StudyResults:
+        """Make the runs that are not there yet, and return all of this study's.
+
+        Parameters
+        ----------
+        n_jobs : int
+            Processes, -1 for all cores. Inside ``joblib.parallel_config(backend="dask")`` the cluster's workers are used. Only this
+            process writes, so workers need no common disk. A worker makes one run at a time, even if it has several threads.
+        progress : bool
+            Show a progress bar.
+
+        Returns
+        -------
+        StudyResults
+
+        Raises
+        ------
+        ValueError, TypeError
+            If ``n_jobs`` is not a number of processes, or the folder has come to hold another study.
+        OSError
+            If a file cannot be written; the message names it, and all runs before are kept.
+
+        Warns
+        -----
+        UserWarning
+            If a finished run is damaged; it is made anew.
+        """
+        if whole_number("n_jobs", n_jobs) == 0:
+            raise ValueError("n_jobs must be a number of processes, or -1 for all cores, not 0.")
+        self.out_dir.mkdir(parents=True, exist_ok=True)
+        with FileLock(self.out_dir / ".study.lock"):
+            _check_same_study(self.out_dir, self._description())
+            _join(self.out_dir, self._description())
+        tasks = [
+            _Task(method, seed, self.settings, self.own.get(method)) for seed in self.seeds for method in self.methods
+        ]
+        with tqdm(total=len(tasks), desc="study", unit="run", disable=not progress) as bar:
+            while tasks := self._make(tasks, n_jobs, bar):
+                time.sleep(POLL_TIME)  # another process is making the rest: it will be done, or give up
+        return self.results()
+
+    def _make(self, tasks: list[_Task], n_jobs: int, bar: tqdm) -> list[_Task]:
+        """Make runs; return those that another process is making."""
+        busy: list[_Task] = []
+        locks: dict[str, FileLock] = {}
+
+        def claimed() -> Iterator[_Task]:
+            for task in tasks:
+                lock = FileLock(self.out_dir / f".{task.name}.lock", thread_local=False)
+                try:
+                    lock.acquire(timeout=0)
+                except Timeout:
+                    busy.append(task)
+                    continue
+                locks[task.name] = lock
+                if self._is_there(task):
+                    locks.pop(task.name).release()
+                    bar.update()
+                else:
+                    yield task
+
+        # few are claimed ahead, so that a second process on the folder finds work
+        parallel = joblib.Parallel(
+            n_jobs=n_jobs, return_as="generator_unordered", pre_dispatch="n_jobs + 1", batch_size=1
+        )
+        try:
+            with _stopped_at_end(parallel(joblib.delayed(_perform)(task) for task in claimed())) as made:
+                for name, files in made:
+                    _store(self.out_dir / name, files)
+                    locks.pop(name).release()
+                    bar.update()
+                    bar.set_postfix_str(name)
+        finally:
+            while locks:
+                locks.popitem()[1].release()
+        return busy
+
+    def _is_there(self, task: _Task) -> bool:
+        """Whether a run is finished and undamaged; a damaged one is reported and removed."""
+        folder = self.out_dir / task.name
+        if not folder.exists():
+            return False
+        if (fault := damage(folder)) is None:
+            return True
+        warnings.warn(f"The run {folder} is damaged ({fault}) and is made anew.", stacklevel=2)
+        shutil.rmtree(folder)
+        return False
+
+    def results(self) -> StudyResults:
+        """Read the finished runs of this study's methods and seeds."""
+        folders = [self.out_dir / f"{method}-{seed}" for method in self.methods for seed in self.seeds]
+        return StudyResults.from_runs([folder for folder in folders if folder.exists()], self._description())
+
+    def _description(self) -> dict[str, Any]:
+        own = {name: motions.motions.tolist() for name, motions in self.own.items()}
+        return {"settings": asdict(self.settings), "own": own}
+
+
+@contextmanager
+def _stopped_at_end(made: Generator) -> Iterator[Generator]:
+    """Stop the workers after an error, too: else they would go on for what nobody will store."""
+    try:
+        yield made
+    finally:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # joblib's, that tasks were cancelled
+            made.close()
+
+
+def _own_sets(methods: Sequence[str]) -> Iterator[tuple[str, Prototypes]]:
+    if isinstance(methods, str):
+        raise TypeError(f"methods must be a sequence of names, not the single text {methods!r}.")
+    for method in methods:
+        name, given, path = str(method).partition("=")
+        if given:
+            if name.lower() in SETS or not re.fullmatch(r"[A-Za-z][\w-]*", name):
+                raise ValueError(
+                    f"A set of your own needs a name of letters, digits, - and _, a letter first, that is not one of "
+                    f"{', '.join(SETS)}; not {name!r}."
+                )
+            yield name, Prototypes.from_csv(path)
+        elif name not in SETS:
+            raise ValueError(
+                f"methods must be of {', '.join(SETS)}, or a file of motions as name=file.csv; not {method!r}."
+            )
+
+
+def _check_same_study(folder: Path, description: Mapping[str, Any]) -> None:
+    """Refuse a folder that holds something else."""
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"out_dir must be a folder, but {folder} is a file.")
+    path = folder / STUDY_FILE
+    if not path.exists():
+        if folder.exists() and any(not entry.name.startswith(".") for entry in folder.iterdir()):
+            raise ValueError(f"out_dir must be new, empty, or hold a study, but {folder} holds other files.")
+        return
+    try:
+        there = json.loads(path.read_bytes())
+        settings, own = dict(there["settings"]), dict(there["own"])
+    except (ValueError, KeyError, TypeError):
+        raise ValueError(
+            f"{path} is damaged: it does not say which study this is. Name another folder, or delete {folder}."
+        ) from None
+    here = json.loads(_json(description))
+    differing = [
+        f"{name} is {settings.get(name)!r} there and {value!r} here"
+        for name, value in here["settings"].items()
+        if settings.get(name) != value
+    ]
+    differing += [
+        f"the motions {name!r} differ" for name in own.keys() & here["own"].keys() if own[name] != here["own"][name]
+    ]
+    if differing:
+        raise ValueError(f"{folder} holds another study: {'; '.join(differing)}. Name another folder.")
+
+
+def _join(folder: Path, description: Mapping[str, Any]) -> None:
+    """Write which study this is, or add own sets to those that the folder already knows."""
+    path = folder / STUDY_FILE
+    before = path.read_bytes() if path.exists() else b""
+    known = json.loads(before)["own"] if before else {}
+    content = _json({**description, "own": known | description["own"]})
+    if content != before:
+        write_bytes(path, content)
+
+
+def damage(folder: str | PathLike[str]) -> str | None:
+    """Say what is wrong with the folder of a run by its checksums, None if nothing is."""
+    folder = Path(folder)
+    try:
+        sums = dict(line.split("  ")[::-1] for line in (folder / CHECKSUMS).read_text().removesuffix("\n").split("\n"))
+    except (OSError, ValueError):
+        return f"{CHECKSUMS} is missing or unreadable"
+    for name in ("run.json", *sums):
+        try:
+            content = (folder / name).read_bytes()
+        except OSError:
+            return f"{name} is missing"
+        if sums.get(name) != hashlib.sha256(content).hexdigest():
+            return f"{name} is not what was written"
+    return None
+
+
+def _store(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write the folder of a run, whole or not at all."""
+    part = folder.with_name(f".{folder.name}.part")
+    shutil.rmtree(part, ignore_errors=True)  # of a process that was killed
+    sums = "".join(f"{hashlib.sha256(content).hexdigest()}  {name}\n" for name, content in files.items())
+    try:
+        part.mkdir()
+        for name, content in {**files, CHECKSUMS: sums.encode()}.items():
+            write_bytes(part / name, content)
+        part.rename(folder)
+    except BaseException:
+        shutil.rmtree(part, ignore_errors=True)
+        raise
+
+
+# A worker's part: from a task to the files of a run, without touching the disk.
+
+
+_ALONE = threading.Lock()
+
+
+def _perform(task: _Task) -> tuple[str, dict[str, bytes]]:
+    """Make one run; return its name and its files."""
+    # torch has one random generator for all threads of a process; and what a run does itself with joblib must not be spread as well,
+    # because a Dask worker begins another run while it waits for that
+    with _ALONE, joblib.parallel_config("sequential"), threadpool_limits(1), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of odd classes: the counts are stored
+        return task.name, _files(task)
+
+
+def _files(task: _Task) -> dict[str, bytes]:
+    settings = task.settings
+    children = dict(zip(("sampling", "prototypes", "training"), _children(task.seed), strict=True))
+    began = time.perf_counter()
+    motions = task.motions or motion_set(task.method, task.seed, settings.n_samples, settings.restitution)
+    prepared = time.perf_counter()
+    algorithm = "dqn" if motions else "sac"
+    training = train(
+        algorithm,
+        motions,
+        children["training"],
+        settings.total_timesteps,
+        eval_every=settings.eval_every,
+        env_options={"restitution": settings.restitution},
+        progress=False,
+        **getattr(settings, algorithm),
+    )
+    trained = time.perf_counter()
+    plan = _plan(motions, settings) if motions else None
+    planned = time.perf_counter()
+    run = {
+        "method": task.method,
+        "seed": task.seed,
+        "algorithm": algorithm,
+        "score": training.score(),
+        "actions": len(motions) if motions else None,
+        "samples": settings.n_samples if task.method in _WITH_CLASSES else 0,
+        "parameters": count_parameters(training.model),
+        "plan": _plan_summary(plan) if plan else None,
+        "seconds": {"set": prepared - began, "training": trained - prepared, "planning": planned - trained},
+        "children": {
+            name: {"entropy": child.entropy, "spawn_key": child.spawn_key} for name, child in children.items()
+        },
+        "settings": asdict(settings),
+        "versions": training.versions,
+    }
+    episode = _last_episode(training, motions, settings)
+    files = {"evaluations.csv": _csv(training.evaluations), "episode.csv": _csv(episode)}
+    if motions:
+        files["motions.csv"] = _csv(motions.to_frame())
+    return files | {"run.json": _json(run)}  # last: checksums that were cut off lack it
+
+
+_WITH_CLASSES = ("effect", "effect-reliable", "fixed", "along-stairs")
+
+
+def _children(seed: int) -> list[np.random.SeedSequence]:
+    """Return the seeds of sampling, of clustering, RGNG and random sets, and of training."""
+    return np.random.SeedSequence(seed).spawn(3)
+
+
+def motion_set(method: str, seed: int, n_samples: int = 2000, restitution: float | None = None) -> Prototypes | None:
+    """Make the motions of a method of ``METHODS`` or ``BEYOND`` for a study's seed; None for SAC, which has none.
+
+    Raises
+    ------
+    ValueError
+        If so few samples end on the map that there are no classes to find.
+    """
+    world = StairWorld(Staircase(restitution=restitution))
+    for_sampling, for_prototypes, _ = _children(seed)
+
+    def effect(**options: Any) -> Prototypes:
+        return effect_prototypes(_classes(seed, n_samples, restitution), for_prototypes, world=world, **options)
+
+    recipes = {
+        "effect": lambda: effect(),
+        "effect-reliable": lambda: effect(refine="core"),
+        "fixed": lambda: effect(fixed=FIXED),
+        "uniform": lambda: uniform_prototypes(world),
+        "random": lambda: random_prototypes(world, seed=for_prototypes),
+        "uniform-matched": lambda: uniform_prototypes(world, n=max(len(effect()), 4)),
+        "random-matched": lambda: random_prototypes(world, n=len(effect()), seed=for_prototypes),
+        "sac": lambda: None,
+        "along-stairs": lambda: along_stairs_prototypes(world, n_samples, seed=for_sampling),
+    }
+    return recipes[method]()
+
+
+@lru_cache(maxsize=4)
+def _classes(seed: int, n_samples: int, restitution: float | None) -> EffectClasses:
+    """Sample and classify; several sets of a seed are made from the same classes."""
+    for_sampling, for_prototypes, _ = _children(seed)
+    samples = sample_motions(StairWorld(Staircase(restitution=restitution)), n_samples, for_sampling, progress=False)
+    return EffectClasses.from_samples(samples, seed=for_prototypes)
+
+
+def _plan(motions: Prototypes, settings: Settings) -> Plan:
+    return _plan_of(tuple(map(tuple, motions.motions.tolist())), settings.max_simulated, settings.restitution)
+
+
+@lru_cache(maxsize=4)
+def _plan_of(motions: tuple[tuple[float, ...], ...], max_simulated: int, restitution: float | None) -> Plan:
+    """Search once for sets that are the same for every seed."""
+    staircase = Staircase.fifteen(restitution)
+    return best_return(staircase, np.array(motions), max_simulated=max_simulated, progress=False)
+
+
+def _plan_summary(plan: Plan) -> dict[str, Any]:
+    """Return what the search found and what it covered."""
+    names = ("value", "bound", "proved", "exhausted", "steps_climbed", "reached_top", "expanded", "merged", "simulated")
+    return {name: getattr(plan, name) for name in names} | {"jumps": len(plan), "motions": plan.motions.tolist()}
+
+
+def _last_episode(training: Training, motions: Prototypes | None, settings: Settings) -> pd.DataFrame:
+    """Play the trained agent's greedy episode: a row for each jump, with the motion, where it ended, and its reward."""
+    env = make_env(motions, restitution=settings.restitution)
+    observation, _ = env.reset()
+    rows: list[tuple[float, ...]] = []
+    over = False
+    while not over:
+        action, _ = training.model.predict(observation, deterministic=True)
+        observation, reward, terminated, truncated, info = env.step(action)
+        magnitude, angle = motions.motions[action] if motions else action
+        _, y, z, *_ = env.unwrapped.world.state.tolist()  # type: ignore[attr-defined]
+        rows.append((len(rows) + 1, float(magnitude), float(angle), y, z, info["steps"], float(reward)))
+        over = terminated or truncated
+    return pd.DataFrame(rows, columns=["jump", "magnitude", "angle", "y", "z", "steps", "reward"])
+
+
+def _json(value: Any) -> bytes:
+    return (json.dumps(value, indent=1, default=_plain) + "\n").encode()
+
+
+def _plain(value: Any) -> Any:
+    """Turn NumPy's numbers into Python's for JSON."""
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"{value!r} cannot be written as JSON.")
+
+
+def _csv(table: pd.DataFrame) -> bytes:
+    text = io.StringIO()
+    table.to_csv(text, index=False, lineterminator="\n")
+    return text.getvalue().encode()

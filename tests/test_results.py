@@ -1,0 +1,111 @@
+"""What follows from a study's tables: against NumPy, SciPy and counting by hand."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import bootstrap
+from small_study import STEPS, made_up
+
+from stairlab.results import Estimate, StudyResults, iqm
+
+rng = np.random.default_rng(0)
+HIGH, LOW = rng.normal(10, 1, 20), rng.normal(5, 1, 20)
+
+
+def test_the_interquartile_mean_is_the_mean_of_the_middle_half():
+    assert iqm(np.array([100.0, 1, 2, 3, 4, 5, 6, -100])) == np.mean([2, 3, 4, 5])
+    assert iqm(np.full((3, 20), 2.0)).tolist() == [2, 2, 2]
+
+
+def test_a_score_is_estimated_by_scipys_bootstrap_over_seeds():
+    found = made_up({"effect": HIGH}).score("effect")
+    oracle = bootstrap((HIGH,), iqm, n_resamples=9999, method="percentile", rng=np.random.default_rng(0))
+    assert found.value == pytest.approx(iqm(HIGH))
+    assert (found.low, found.high) == pytest.approx(oracle.confidence_interval, abs=1e-12)
+    assert HIGH.min() < found.low < found.value < found.high < HIGH.max()
+
+
+def test_five_seeds_give_no_interval_and_six_do():
+    assert np.isnan(made_up({"effect": HIGH[:5]}).score("effect").low)
+    assert np.isfinite(made_up({"effect": HIGH[:6]}).score("effect").low)
+    assert made_up({"effect": HIGH[:5]}).iqm_curve("effect")[["low", "high"]].isna().to_numpy().all()
+
+
+def test_the_estimates_are_the_same_every_time():
+    results = made_up({"effect": HIGH, "uniform": LOW})
+    assert results.difference("effect", "uniform") == results.difference("effect", "uniform")
+
+
+def test_the_probability_of_improvement_counts_pairs_and_half_of_the_ties():
+    x, y = np.array([1.0, 2, 3, 3, 5, 6]), np.array([0.0, 3, 3, 4, 4, 9])
+    pairs = (x[:, None] > y).mean() + (x[:, None] == y).mean() / 2
+    results = made_up({"effect": x, "uniform": y})
+    assert results.probability_of_improvement("effect", "uniform").value == pytest.approx(pairs)
+    assert results.probability_of_improvement("uniform", "effect").value == pytest.approx(1 - pairs)
+
+
+def test_half_of_the_highest_mean_is_reached_half_way_and_later_by_the_samples_of_the_set():
+    scores = {"effect": HIGH, "uniform": LOW}
+    half_way = next(step for i, step in enumerate(STEPS, 1) if i / (len(STEPS) - 5) >= 0.5)
+    results = made_up(scores, samples={"effect": 2000})
+    assert results.steps_to_half("uniform").value == half_way
+    assert results.steps_to_half("effect").value == half_way + 2000
+    assert results.half_step_difference("effect", "uniform").value == 2000
+
+
+def test_the_summary_has_a_row_for_each_method_in_order():
+    table = made_up({"uniform": LOW, "effect": np.append(HIGH, 15.0), "sac": [1.0, 2.0]}).summary()
+    assert table["method"].tolist() == ["uniform", "effect", "sac"]
+    assert table["seeds"].tolist() == [20, 21, 2]
+    assert table["mean"].tolist() == pytest.approx([LOW.mean(), np.append(HIGH, 15).mean(), 1.5])
+    assert table["sd"][0] == pytest.approx(LOW.std(ddof=1))
+    assert table["at the top"].tolist() == pytest.approx([0, 1 / 21, 0])
+    assert table["best return"][:2].tolist() == [12, 12]
+    assert table[["best return", "allow 15", "proved", "low"]].iloc[2].isna().all()
+
+
+def test_episodes_end_on_the_top_or_stuck_or_else():
+    results = made_up({"effect": [15.0, 3.0, 3.0]})
+    moving = (results.episodes["seed"] == 2) & (results.episodes["jump"] == 6)
+    results.episodes.loc[moving, "y"] += 0.01
+    assert results.ends()["end"].tolist() == ["top", "stuck", "other"]
+    assert results.ends()["to riser"][1] == pytest.approx(1.4 - 1.3 - 0.05)
+
+
+def test_ways_out_make_the_agents_jumps_again():
+    # 400 N at 89 degrees from flush against the first riser: straight up and down; nothing else to choose
+    results = made_up({"effect": [3.0]})
+    results.motions[["magnitude", "angle"]] = [[1000.0, 45.0], [60.0, 1.0]]
+    results.episodes[["magnitude", "angle"]] = 100.0, 1.0
+    table = results.ways_out()
+    assert table[["method", "seed", "motions"]].to_numpy().tolist() == [["effect", 0, 2]]
+    assert table["climb"][0] == 0
+
+
+def test_a_study_is_saved_and_loaded_to_the_digit(tmp_path):
+    results = made_up({"effect": HIGH, "sac": LOW})
+    results.save_tables(tmp_path / "study")
+    again = StudyResults.load(tmp_path / "study")
+    for name in ("runs", "evaluations", "motions", "episodes"):
+        pd.testing.assert_frame_equal(getattr(again, name), getattr(results, name), check_exact=True, check_dtype=False)
+    assert again.description == results.description
+    assert again.summary().equals(results.summary())
+
+
+def test_the_command_repeats_the_study():
+    assert made_up({"effect": HIGH[:3], "sac": LOW[:3]}).command() == (
+        "stairlab study --timesteps 30000 --methods effect sac --seeds 0-2"
+    )
+    assert made_up({"effect": HIGH[:1]}, quick=True).command() == "stairlab study --quick --methods effect --seeds 0"
+
+
+def test_an_estimate_reads_as_a_number_with_its_interval():
+    assert str(Estimate(1.25, 0.5, 2.0)) == "1.2 [0.5, 2.0]"
+    assert str(Estimate(1.25, np.nan, np.nan)) == "1.2"
+
+
+def test_unknown_methods_and_empty_studies_are_refused():
+    with pytest.raises(ValueError, match="method must be one of 'effect', not 'effects'"):
+        made_up({"effect": HIGH}).scores("effects")
+    with pytest.raises(ValueError, match="run the study first"):
+        StudyResults.from_runs([], {})
