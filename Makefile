@@ -1,13 +1,17 @@
-# make run: the paper's pipeline.  make test: all tests.  Both set up .venv first.  ARGS is handed on: make run ARGS="--n 500"
+# make run: the paper's pipeline.  make study: the comparison of its agents.  make test: all tests.  Each sets up .venv first.
+# ARGS is handed on: make run ARGS="--n 500", make study ARGS=--quick
 PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 PIP = $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run test lint bench lab clean
+.PHONY: run study test lint bench lab clean
 
 run: $(VENV)/core-installed
 	$(BIN)/stairlab run $(ARGS)
+
+study: $(VENV)/all-installed
+	$(BIN)/stairlab study $(ARGS)
 
 test: $(VENV)/all-installed
 	$(BIN)/python -m pytest $(ARGS)

@@ -6,10 +6,12 @@ import json
 import time
 import warnings
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from importlib.metadata import version
+from inspect import signature
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -35,6 +37,9 @@ EVAL_EVERY = 500
 EVAL_EPISODES = 5
 """ Greedy episodes of an evaluation """
 PACKAGES = ("stairlab", "gymnasium", "stable-baselines3", "torch", "numpy", "pymunk")
+""" What results depend on """
+SET_BY_TRAIN = ("policy", "env", "seed", "device", "_init_setup_model")
+""" Parameters of the algorithms that are no settings """
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +120,7 @@ def train(
         Jumps to train with.
     eval_every : int
         Training steps between two evaluations with the greedy policy, on an environment of its own; they do not change the training.
+        At most ``total_timesteps``.
     eval_episodes : int
         Episodes of an evaluation, where there is randomness (noise, drift).
     env_options : dict, optional
@@ -131,14 +137,17 @@ def train(
     Raises
     ------
     ValueError, TypeError
-        If an argument is not as described.
+        If an argument is not as described; nothing is trained then.
     """
-    one_of("method", method, ALGORITHMS)
+    check_settings(one_of("method", method, ALGORITHMS), settings)
     if (motions is None) == (method == "dqn"):
         raise ValueError(
             f"motions must be given for 'dqn' and not for 'sac', but the method is {method!r} and motions are {motions!r}."
         )
-    total_timesteps = whole_number("total_timesteps", total_timesteps, low=1)
+    check_budget(total_timesteps, eval_every)
+    eval_episodes = whole_number("eval_episodes", eval_episodes, low=1)
+    if not isinstance(env_options, Mapping | None):
+        raise TypeError(f"env_options must be a dict, such as {{'n_steps': 4}}, not {env_options!r}.")
     options = dict(env_options or {})
     for_agent, for_env, for_evaluation = (int(child.generate_state(1)[0]) for child in seed_sequence(seed).spawn(3))
     env, eval_env = make_env(motions, **options), make_env(motions, **options)
@@ -147,8 +156,8 @@ def train(
     random = bool(options.get("actuation_noise") or options.get("x_drift"))
     evaluation = _Evaluation(
         eval_env,
-        whole_number("eval_every", eval_every, low=1),
-        whole_number("eval_episodes", eval_episodes, low=1) if random else 1,
+        eval_every,
+        eval_episodes if random else 1,
         for_evaluation,
         total_timesteps if progress else 0,
     )
@@ -162,10 +171,60 @@ def train(
         pd.DataFrame(evaluation.rows),
         {"method": method, "seed": str(seed), "total_timesteps": total_timesteps, "motions": chosen}
         | {"eval_every": eval_every, "env": options, **settings},
-        {name: version(name) for name in PACKAGES},
+        package_versions(),
         wall_time,
         model,
     )
+
+
+def check_budget(total_timesteps: int, eval_every: int) -> None:
+    """Refuse a training without an evaluation.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If one is not a whole number from 1 on, or ``eval_every`` is greater than ``total_timesteps``.
+    """
+    whole_number("total_timesteps", total_timesteps, low=1)
+    if whole_number("eval_every", eval_every, low=1) > total_timesteps:
+        raise ValueError(
+            f"eval_every must be at most total_timesteps ({total_timesteps}), so that there is an evaluation, not {eval_every}."
+        )
+
+
+def check_settings(method: str, settings: dict[str, Any]) -> None:
+    """Refuse settings that an algorithm does not have, or of another type than it takes.
+
+    Raises
+    ------
+    ValueError
+        If there is no such setting.
+    TypeError
+        If the settings are no dict, or one that must be a number, or True or False, is not.
+    """
+    if not isinstance(settings, dict):
+        raise TypeError(f"{method} must be a dict of settings, such as {{'gamma': 0.9}}, not {settings!r}.")
+    known = {name: of for name, of in signature(ALGORITHMS[method]).parameters.items() if name not in SET_BY_TRAIN}
+    for name, value in settings.items():
+        if name not in known:
+            near = get_close_matches(str(name), known, n=1)
+            help_ = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(known)}."
+            raise ValueError(f"{method} has no setting {name!r}; {help_}")
+        _check_type(name, value, known[name].annotation)
+
+
+def _check_type(name: str, value: Any, kind: Any) -> None:
+    if kind is int:
+        whole_number(name, value)
+    elif kind is float or (name == "learning_rate" and not callable(value)):
+        finite_number(name, value)
+    elif kind is bool and not isinstance(value, bool):
+        raise TypeError(f"{name} must be True or False, not {value!r}.")
+
+
+def package_versions() -> dict[str, str]:
+    """Return the versions of the packages that results depend on."""
+    return {name: version(name) for name in PACKAGES}
 
 
 @contextmanager

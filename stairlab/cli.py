@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import re
 import sys
@@ -147,10 +148,13 @@ def build_parser() -> argparse.ArgumentParser:
     _add_seed(replay)
 
     published = _add(
-        commands, "published", _published, "the study that comes with the package: tables, figures and a report into a folder"
+        commands,
+        "published",
+        _published,
+        "the study that comes with the package: tables, figures and a report into a folder",
     )
     published.add_argument(
-        "part", nargs="?", default="paper", help="paper (default), or another part: a wrong name lists them"
+        "part", nargs="?", default="paper", help="paper (default): at the paper's scale; or beyond: beyond the paper"
     )
     published.add_argument("--out", type=Path, metavar="FOLDER", help="where to write (default: published-PART)")
 
@@ -212,7 +216,7 @@ def _add_study(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=_seeds,
         metavar="SEED",
-        help="numbers and ranges, such as 0-4 7 (default: 0-4, with --quick 0-1)",
+        help="numbers and ranges, such as 0-4 7 (default: 0-5, with --quick 0-1)",
     )
     parser.add_argument(
         "--timesteps", type=int, metavar="N", help="jumps to train with (default: 30000, with --quick 2000)"
@@ -221,7 +225,8 @@ def _add_study(parser: argparse.ArgumentParser) -> None:
         "--out",
         type=Path,
         metavar="FOLDER",
-        help="where to write; what is there of the same study is not made again (default: study, with --quick study-quick)",
+        help="where to write; what is there of the same study is not made again, and shown too (default: study, with --quick "
+        "study-quick)",
     )
     parser.add_argument("--jobs", type=int, default=-1, metavar="N", help="processes, -1 for all cores (default: -1)")
     parser.add_argument(
@@ -369,8 +374,8 @@ def _fidelity(options: argparse.Namespace) -> None:
 
 
 def _study(options: argparse.Namespace) -> None:
+    from stairlab import Study, StudyResults  # from here a missing extra is named
     from stairlab.beyond import TUNED_DQN
-    from stairlab.study import Study
 
     out = options.out or Path("study-quick" if options.quick else "study")
     _check_writable(out, folder=True)
@@ -384,7 +389,8 @@ def _study(options: argparse.Namespace) -> None:
     given = {name: value for name, value in given.items() if value is not None}
     study = (Study.quick if options.quick else Study)(out_dir=out, restitution=options.restitution, **given)
     with dask_cluster(options.dask) if options.dask else nullcontext():
-        results = study.run(options.jobs)
+        study.run(options.jobs)
+    results = StudyResults.from_folder(out)  # of earlier commands, too
     results.save(out)
     _show(({"note": QUICK_NOTE} if options.quick else {}) | {"summary": results.summary()}, options)
     _say(f"runs, tables, figures and report in {out}")
@@ -397,7 +403,7 @@ def _published(options: argparse.Namespace) -> None:
     out = options.out or Path(f"published-{options.part}")
     _check_writable(out, folder=True)
     results.save(out)
-    _show({"command": results.description["command"], "summary": results.summary()}, options)
+    _show({"command": results.command(), "summary": results.summary()}, options)
     _say(f"tables, figures and report in {out}: open {out / 'report.html'}")
 
 
@@ -439,9 +445,12 @@ def _show(tables: Mapping[str, pd.DataFrame | int | str], options: argparse.Name
 
 
 def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rows as JSON objects; NaN becomes null."""
+    """Rows as JSON objects; NaN and infinity, which JSON does not know, become null."""
     named = table.reset_index() if table.index.name else table
-    return [{key: None if value != value else value for key, value in row.items()} for row in named.to_dict("records")]
+    return [
+        {key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()}
+        for row in named.to_dict("records")
+    ]
 
 
 def _short(value: float) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Iterator, Sequence
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any
 
@@ -30,7 +30,7 @@ def dask_cluster(address: str) -> Iterator[None]:
     OSError
         If no scheduler answers within ten seconds, it has no workers, or it is lost.
     ValueError
-        If a worker has other versions of the packages that results depend on.
+        If the address is not like that, or a worker has other versions of the packages that results depend on.
     ImportError
         If distributed is not installed.
     """
@@ -73,10 +73,18 @@ def _is_scheduler(address: str) -> bool:
         async with rpc(address, connection_args=Security().get_connection_args("client")) as there:
             return (await there.identity())["type"]
 
+    def answer() -> str:
+        return asyncio.run(asyncio.wait_for(ask(), DASK_TIMEOUT))
+
     try:
-        return asyncio.run(asyncio.wait_for(ask(), DASK_TIMEOUT)) == "Scheduler"
+        with ThreadPoolExecutor(1) as thread:  # this one may have a running event loop, as in Jupyter
+            return thread.submit(answer).result() == "Scheduler"
     except OSError:  # such as a TimeoutError
         return False
+    except ValueError as error:
+        raise ValueError(
+            f"address must be that of a Dask scheduler, such as tcp://host:8786, not {address!r}: {error}"
+        ) from None
 
 
 def _check_versions(versions: Any, packages: Sequence[str]) -> None:

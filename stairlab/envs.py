@@ -146,7 +146,10 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, SupportsFloat, bool, bool, dict[str, Any]]:
         """Jump; see Gymnasium's ``Env.step``. Raises a ValueError for an action outside the space."""
-        magnitude, angle = self._noisy(finite_array("action", action, ndim=1)).tolist()
+        motion = finite_array("action", action, ndim=1)
+        if len(motion) != 2:
+            raise ValueError(f"action must hold a magnitude and an angle, not {len(motion)} numbers.")
+        magnitude, angle = self._noisy(motion).tolist()
         shown = self.render_mode is not None
         jump = self._last_jump = self.world.jump(magnitude, angle, self.np_random, trajectory=shown)
         reward = jump_reward(jump.dz, self.world.staircase.rise)
@@ -154,6 +157,10 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
 
     def _noisy(self, motion: np.ndarray) -> np.ndarray:
         if self.actuation_noise:
+            for name, value, low, high in zip(
+                self.world.motion_names, motion.tolist(), self.world.motion_low, self.world.motion_high, strict=True
+            ):
+                finite_number(name, value, low=low, high=high)  # as the world does; the noise would hide it
             motion = motion * [1 + self.actuation_noise * self.np_random.standard_normal(), 1]
             motion = np.clip(motion, self.world.motion_low, self.world.motion_high)
         return motion
@@ -248,5 +255,7 @@ class DiscreteMotions(gym.ActionWrapper[np.ndarray, np.int64, np.ndarray]):
         self.action_space = spaces.Discrete(len(motions))
 
     def action(self, action: np.int64) -> np.ndarray:
-        """Return the motion of an action, shape (n_parameters,)."""
+        """Return the motion of an action, shape (n_parameters,). Raises a ValueError for an action outside the space."""
+        if not self.action_space.contains(action):
+            raise ValueError(f"action must be a whole number from 0 to {len(self.motions) - 1}, not {action!r}.")
         return self.motions[action]

@@ -96,12 +96,13 @@ class Staircase:
         Depth of the last tread [m], ``run`` by default. Behind it the ground goes on at z = 0.
     restitution : float, optional
         Share of its speed that a riser gives back to the cube at every impact, 0 to 1. By default it rebounds as the recorded jumps
-        show (see ``REBOUND_SPEED`` and ``SLIDING_RESTITUTION``); a number asks how far a result depends on that.
+        show (see ``REBOUND_SPEED`` and ``SLIDING_RESTITUTION``). Try other values to see whether a result depends on the rebound.
 
     Raises
     ------
     ValueError, TypeError
-        If a length is not positive and finite, or ``n_steps`` is not a whole number from 1 on.
+        If a length is not positive and finite, ``n_steps`` is not a whole number from 1 to 200, or ``restitution`` is not a
+        number from 0 to 1.
     """
 
     n_steps: int = 4

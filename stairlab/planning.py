@@ -9,6 +9,7 @@ import copy
 import heapq
 import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -255,12 +256,70 @@ def trap_width(staircase: Staircase, motions: Prototypes | np.ndarray) -> float:
     return math.inf
 
 
+def jumps_to_climb(world: StairWorld, motions: np.ndarray, max_simulated: int = 1000) -> float:
+    """Search for the fewest jumps of a set after which the cube can rest higher than it does now.
+
+    Breadth first over the rest states that the set can reach, where states within 0.1 mm (and upright alike) are taken for one.
+
+    Parameters
+    ----------
+    world : StairWorld
+        The cube in its present state; it stays as it is.
+    motions : array-like of shape (n_motions, 2)
+        Magnitude [N] and angle [deg].
+    max_simulated : int
+        Budget: no further state is tried after this many simulated jumps.
+
+    Returns
+    -------
+    float
+        Number of jumps; infinite if no sequence of jumps leads higher, NaN if the budget ran out before that was known.
+    """
+    values = _checked(world, motions)
+    goal = world.state[2] + DEAD_BAND
+    layer, known, simulated = [world], {_resting_place(world)}, 0
+    for jumps in itertools.count(1):
+        following = []
+        for place in layer:
+            if simulated >= max_simulated:
+                return math.nan
+            for jump, there in _tried(place, values):
+                simulated += 1
+                if jump.on_map and jump.end[2] > goal:
+                    return jumps
+                if not ends_episode(world.staircase, jump) and _resting_place(there) not in known:
+                    known.add(_resting_place(there))
+                    following.append(there)
+        if not following:
+            return math.inf
+        layer = following
+    raise AssertionError("unreachable")
+
+
+def _tried(world: StairWorld, motions: np.ndarray) -> Iterator[tuple[Jump, StairWorld]]:
+    """Try each motion from a world's state, in copies of it; a jump that is not over in time is left out."""
+    for motion in motions:
+        there = copy.copy(world)
+        try:
+            yield there.perform(motion), there
+        except RuntimeError:
+            continue
+
+
+def _resting_place(world: StairWorld) -> tuple[float, ...]:
+    _, y, z, qx, *_ = world.state.tolist()
+    return round(y, 4), round(z, 3), round(qx, 2)
+
+
 def _climbs(world: StairWorld, gap: float, motion: np.ndarray) -> bool:
     """Whether a motion gains height from upright at a gap to the middle riser."""
     stairs = world.staircase
     below = stairs.n_steps // 2
     world.reset(world.state_at(stairs.risers[below] - gap - CUBE_EDGE / 2, stairs.rise * below + CUBE_EDGE / 2))
-    return bool(world.perform(motion).dz > DEAD_BAND)
+    try:
+        return bool(world.perform(motion).dz > DEAD_BAND)
+    except RuntimeError:  # not over within the time limit
+        return False
 
 
 def _checked(world: StairWorld, motions: Prototypes | np.ndarray) -> np.ndarray:

@@ -6,8 +6,9 @@ Statistical Precipice" (2021); the bootstrap is SciPy's.
 
 from __future__ import annotations
 
-import copy
+import hashlib
 import json
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -19,24 +20,36 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 from scipy.stats import bootstrap, mannwhitneyu, trim_mean
+from tqdm import tqdm
 
 from stairlab._files import write_bytes, write_whole
 from stairlab._validation import one_of
 from stairlab.beyond import TUNED_DQN
 from stairlab.physics import CUBE_EDGE, Staircase
-from stairlab.planning import DEAD_BAND, trap_width
+from stairlab.planning import jumps_to_climb, trap_width
 from stairlab.world import StairWorld
 
+ORDER = (
+    "effect",
+    "effect-reliable",
+    "fixed",
+    "uniform",
+    "random",
+    "uniform-matched",
+    "random-matched",
+    "along-stairs",
+    "sac",
+)
+""" In which methods are listed; sets of one's own come last """
 TABLES = ("runs", "evaluations", "motions", "episodes")
 STUDY_FILE = "study.json"
+CHECKSUMS = "SHA256SUMS"
 CONFIDENCE = 0.95
 """ Of every interval """
 RESAMPLES = 9999
 """ Resamples of the seeds behind an interval """
 FEWEST_SEEDS = 6
 """ With fewer seeds than this there are means and curves, but no interval """
-SCORED_EVALUATIONS = 5
-""" A run's score is the mean of this many last evaluations """
 TOP_STEP = 15
 """ Steps of the learning task """
 ENDS = ("top", "stuck", "other")
@@ -58,11 +71,6 @@ class Estimate(NamedTuple):
     def __str__(self) -> str:
         interval = "" if np.isnan(self.low) else f" [{self.low:.1f}, {self.high:.1f}]"
         return f"{self.value:.1f}{interval}"
-
-    @property
-    def excludes_zero(self) -> bool:
-        """Whether the interval lies on one side of 0."""
-        return self.low > 0 or self.high < 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,16 +101,23 @@ class StudyResults:
 
     @classmethod
     def from_runs(cls, folders: Sequence[Path], description: Mapping[str, Any]) -> StudyResults:
-        """Read the folders of finished runs.
+        """Read the folders of finished runs, in any order.
 
         Raises
         ------
         ValueError
             If there is none.
+
+        Warns
+        -----
+        UserWarning
+            If a run is damaged; it is left out.
         """
-        if not folders:
+        whole = [folder for folder in folders if _is_whole(folder)]
+        if not whole:
             raise ValueError("There must be a finished run to read, but there is none; run the study first.")
-        records = [json.loads((folder / "run.json").read_bytes()) for folder in folders]
+        found = [(json.loads((folder / "run.json").read_bytes()), folder) for folder in whole]
+        records, folders = zip(*sorted(found, key=_place), strict=True)
         tables = {
             name: _gathered(folders, records, file)
             for name, file in (("evaluations", "evaluations"), ("motions", "motions"), ("episodes", "episode"))
@@ -113,6 +128,29 @@ class StudyResults:
             description={**description, "versions": {name: ", ".join(found) for name, found in versions.items()}},
             **tables,
         )
+
+    @classmethod
+    def from_folder(cls, folder: str | PathLike[str]) -> StudyResults:
+        """Read all finished runs of a study's folder, whichever commands made them.
+
+        Raises
+        ------
+        ValueError
+            If the folder holds no study, or no finished run.
+        OSError
+            If a file cannot be read.
+
+        Warns
+        -----
+        UserWarning
+            If a run is damaged; it is left out.
+        """
+        folder = Path(folder)
+        try:
+            description = json.loads((folder / STUDY_FILE).read_bytes())
+        except (FileNotFoundError, NotADirectoryError, json.JSONDecodeError):
+            raise ValueError(f"folder must hold a study, but {folder} has no readable {STUDY_FILE}.") from None
+        return cls.from_runs([path.parent for path in folder.glob(f"*/{CHECKSUMS}")], description)
 
     @property
     def methods(self) -> list[str]:
@@ -147,11 +185,9 @@ class StudyResults:
         curves = self.curves(method)
         values = curves.to_numpy()
         low, high = _interval(iqm, values)
-        return pd.DataFrame(
-            {"iqm": iqm(values, axis=0 if values.ndim == 1 else 1), "low": low, "high": high}, index=curves.index
-        )
+        return pd.DataFrame({"iqm": iqm(values), "low": low, "high": high}, index=curves.index)
 
-    def score(self, method: str) -> Estimate:
+    def iqm_score(self, method: str) -> Estimate:
         """Estimate the interquartile mean of a method's scores."""
         return _estimate(iqm, self.scores(method))
 
@@ -168,19 +204,36 @@ class StudyResults:
         """
         return _estimate(_improvement, self.scores(method), self.scores(other))
 
+    def highest_mean_difference(self, method: str, other: str) -> Estimate:
+        """Estimate by how much the maximum of a method's mean curve is above that of another's."""
+        return _estimate(
+            lambda x, y, axis=-1: _highest_mean(x, axis=axis) - _highest_mean(y, axis=axis),
+            self.curves(method).to_numpy(),
+            self.curves(other).to_numpy(),
+        )
+
     def steps_to_half(self, method: str) -> Estimate:
-        """Estimate the steps until a method's mean curve has reached half of its own highest value, with the samples of its set."""
+        """Estimate when a method has risen half way: after how many training steps its mean curve is half way up.
+
+        That is from its first to its highest value. A curve that never rises counts as reaching it at the end of the training. The
+        samples of a set are not counted; see ``shift``.
+        """
         curves = self.curves(method)
-        return _estimate(_half_step(curves.index.to_numpy() + self.shift(method)), curves.to_numpy())
+        return _estimate(_half_step(curves.index.to_numpy()), curves.to_numpy())
 
     def half_step_difference(self, method: str, other: str) -> Estimate:
-        """Estimate how many steps later than another a method's mean curve reaches half of its own highest value."""
+        """Estimate how many training steps later than another a method has risen half way (see ``steps_to_half``)."""
         mine, theirs = self.curves(method), self.curves(other)
-        first = _half_step(mine.index.to_numpy() + self.shift(method))
-        second = _half_step(theirs.index.to_numpy() + self.shift(other))
+        first, second = _half_step(mine.index.to_numpy()), _half_step(theirs.index.to_numpy())
         return _estimate(
             lambda x, y, axis=-1: first(x, axis=axis) - second(y, axis=axis), mine.to_numpy(), theirs.to_numpy()
         )
+
+    def step_of(self, method: str, value: float) -> float:
+        """Return the training step at which a method's mean curve first reaches a return, infinite if it never does."""
+        mean = self.curves(method).mean(axis=1)
+        reached = mean.index[mean >= value]
+        return float(reached[0]) if len(reached) else np.inf
 
     def spread(self, method: str) -> Estimate:
         """Estimate the standard deviation of a method's scores over seeds."""
@@ -201,17 +254,18 @@ class StudyResults:
         -------
         pandas.DataFrame
             "method"; number of "seeds" and, on average, of "actions"; the scores' "mean" and "sd", and their interquartile mean "iqm"
-            with its 95 % interval "low" to "high" (NaN with five seeds or fewer); "at the top", the share of runs whose last
-            greedy episode ends there; "half at", the steps to half of the highest mean, with the samples of the set; "best return",
-            what the search says that the sets allow, on average; "allow 15", the share of sets that allow a return of 15; and
-            "proved", the share of sets for which nothing better is possible.
+            with its 95 % interval "low" to "high" (NaN with five seeds or fewer); "at the top", the share of trained agents whose
+            greedy episode ends there; "half at", the training steps in which the mean curve rises half way, and "half of 15 at",
+            those until it is 7.5 (infinite if it never is); "samples" that a set was made from; "best return", what the search found
+            that the sets allow, on average, a lower bound; "allow 15", the share of sets for which it found 15; "proved", the share
+            of sets for which nothing better is possible; and "quick", whether the numbers say nothing.
         """
         return pd.DataFrame([self._summary(method) for method in self.methods])
 
     def _summary(self, method: str) -> dict[str, Any]:
         runs, scores = self._of("runs", method), self.scores(method)
-        value, low, high = self.score(method)
-        last = self._of("evaluations", method).groupby("seed").last()
+        value, low, high = self.iqm_score(method)
+        ends = self.ends()
         searched = runs["best_return"].notna().all()
         return {
             "method": method,
@@ -222,11 +276,14 @@ class StudyResults:
             "iqm": value,
             "low": low,
             "high": high,
-            "at the top": (last["climbed"] >= TOP_STEP).mean(),
+            "at the top": (ends.loc[ends["method"] == method, "end"] == "top").mean(),
             "half at": self.steps_to_half(method).value,
+            "half of 15 at": self.step_of(method, TOP_STEP / 2),
+            "samples": self.shift(method),
             "best return": runs["best_return"].mean(),
             "allow 15": (runs["best_return"] > TOP_STEP - SAME_RETURN).mean() if searched else np.nan,
             "proved": runs["proved"].astype(float).mean() if searched else np.nan,
+            "quick": self.quick,
         }
 
     def ends(self) -> pd.DataFrame:
@@ -245,29 +302,35 @@ class StudyResults:
             ]
         )
 
-    def ways_out(self) -> pd.DataFrame:
-        """Ask where each set's trained agent got stuck what the other motions of the set would have done there.
+    def ways_out(self, max_simulated: int = 300, progress: bool = False) -> pd.DataFrame:
+        """Ask whether a set has a way up from where its trained agent got stuck.
 
-        The agent's jumps are made again, so that the cube stands exactly where it did.
+        The agent's jumps are made again, so that the cube stands exactly where it did, and the motions of the set are searched from
+        there (see ``jumps_to_climb``).
+
+        Parameters
+        ----------
+        max_simulated : int
+            Jumps that each search may simulate.
+        progress : bool
+            Show a progress bar.
 
         Returns
         -------
         pandas.DataFrame
-            A row for each stuck run with a set of motions: "method", "seed", the number of "motions", how many of them "climb" from
-            there, and how many move the cube by more than a millimetre ("move").
+            A row for each stuck run with a set of motions: "method", "seed", and the "jumps" until it could be higher: infinite if
+            never, NaN if the search was not over.
         """
         rows = []
-        ends = self.ends().set_index(["method", "seed"])["end"]
+        stuck = self.ends().query("end == 'stuck'").set_index(["method", "seed"]).index
         sets = dict(iter(self.motions.groupby(["method", "seed"])))
+        episodes = dict(iter(self.episodes.groupby(["method", "seed"])))
         staircase = Staircase.fifteen(self.description["settings"]["restitution"])
-        for key, episode in self.episodes.groupby(["method", "seed"], sort=False):
-            if ends[key] == "stuck" and key in sets:
-                motions = sets[key][["magnitude", "angle"]].to_numpy()
-                world = _replayed(staircase, episode[["magnitude", "angle"]].to_numpy())
-                effects = np.array([_effect(world, motion) for motion in motions])
-                climb, move = effects[:, 1] > DEAD_BAND, np.abs(effects).sum(axis=1) > STUCK_SHIFT
-                rows.append((*key, len(motions), int(climb.sum()), int(move.sum())))
-        return pd.DataFrame(rows, columns=["method", "seed", "motions", "climb", "move"])
+        for key in tqdm([key for key in stuck if key in sets], desc="ways out", disable=not progress, leave=False):
+            world = _replayed(staircase, episodes[key][["magnitude", "angle"]].to_numpy())
+            motions = sets[key][["magnitude", "angle"]].to_numpy()
+            rows.append((*key, jumps_to_climb(world, motions, max_simulated)))
+        return pd.DataFrame(rows, columns=["method", "seed", "jumps"])
 
     def traps(self) -> pd.DataFrame:
         """Measure for each set the trap that a riser is: the gap below which none of its motions climbs (see ``trap_width``).
@@ -290,23 +353,31 @@ class StudyResults:
         table = pd.DataFrame(rows, columns=["method", "seed", "trap", "steepest"])
         return table.merge(self.runs[["method", "seed", "score"]], on=["method", "seed"])
 
+    @property
+    def hours(self) -> float:
+        """Time that all runs took together, each on one core [h]."""
+        return float(self.runs.filter(like="seconds_").sum().sum()) / 3600
+
     def command(self) -> str:
-        """Return the command that makes this study."""
-        settings = self.description["settings"]
-        words = (
-            ["stairlab study", "--quick"]
-            if self.quick
-            else ["stairlab study", f"--timesteps {settings['total_timesteps']}"]
+        """Return the commands that make this study, a line for each group of methods with the same seeds."""
+        groups: dict[str, list[str]] = {}
+        for method in self.methods:
+            groups.setdefault(_ranges(sorted(self._of("runs", method)["seed"])), []).append(method)
+        own, words = self.description["own"], " ".join(["stairlab study", *self._flags()])
+        named = {method: f"{method}={method}.csv" if method in own else method for method in self.methods}
+        return "\n".join(
+            f"{words} --methods {' '.join(named[method] for method in methods)} --seeds {seeds}"
+            for seeds, methods in groups.items()
         )
+
+    def _flags(self) -> list[str]:
+        settings = self.description["settings"]
+        flags = ["--quick"] if self.quick else [f"--timesteps {settings['total_timesteps']}"]
         if settings["dqn"] == TUNED_DQN:
-            words.append("--tuned")
+            flags.append("--tuned")
         if settings["restitution"] is not None:
-            words.append(f"--restitution {settings['restitution']:g}")
-        own = self.description["own"]
-        words.append("--methods " + " ".join(f"{name}={name}.csv" if name in own else name for name in self.methods))
-        seeds = sorted(set(self.runs["seed"]))
-        whole = seeds == list(range(seeds[0], seeds[-1] + 1)) and len(seeds) > 1
-        return " ".join([*words, "--seeds", f"{seeds[0]}-{seeds[-1]}" if whole else " ".join(map(str, seeds))])
+            flags.append(f"--restitution {settings['restitution']:g}")
+        return flags
 
     def save(self, out_dir: str | PathLike[str], *, progress: bool = True) -> list[Path]:
         """Write tables (CSV), figures (PNG) and a report (HTML) into a folder; each file appears whole or not at all.
@@ -332,16 +403,22 @@ class StudyResults:
 
     @classmethod
     def load(cls, folder: str | PathLike[str]) -> StudyResults:
-        """Read what ``save_tables`` has written.
+        """Read what ``save_tables`` has written (a study writes it into its folder ``tables``).
 
         Raises
         ------
+        ValueError
+            If a file is not what ``save_tables`` writes.
         OSError
             If a file cannot be read.
         """
-        folder = Path(folder)
-        tables = {name: pd.read_csv(folder / f"{name}.csv") for name in TABLES}
-        return cls(description=json.loads((folder / "description.json").read_bytes()), **tables)
+        folder, path = Path(folder), Path()
+        try:
+            tables = {name: pd.read_csv(path := folder / f"{name}.csv") for name in TABLES}
+            description = json.loads((path := folder / "description.json").read_bytes())
+            return cls(description={**description, "settings": dict(description["settings"])}, **tables)
+        except (ValueError, KeyError, TypeError) as error:
+            raise ValueError(f"{path} must be a file of a study's tables, but cannot be read as one: {error}") from None
 
 
 def load_published_study(part: str = "paper") -> StudyResults:
@@ -355,7 +432,12 @@ def load_published_study(part: str = "paper") -> StudyResults:
     Returns
     -------
     StudyResults
-        Its ``description`` has the exact "command", the "versions", and the "hours" it took on which machine.
+        Its ``command()`` repeats it, its ``hours`` says how long it took, and its ``description`` has settings and versions.
+
+    Raises
+    ------
+    ValueError
+        If there is no such part.
     """
     with as_file(files("stairlab") / "data") as folder:
         return StudyResults.load(folder / one_of("part", part, published_studies()))
@@ -364,6 +446,12 @@ def load_published_study(part: str = "paper") -> StudyResults:
 def published_studies() -> list[str]:
     """Name the studies that come with the package."""
     return sorted(entry.name for entry in (files("stairlab") / "data").iterdir() if entry.is_dir())
+
+
+def _ranges(seeds: Sequence[int]) -> str:
+    """Write seeds as the command takes them, such as "0-19 100"."""
+    runs = np.split(np.array(seeds), np.flatnonzero(np.diff(seeds) > 1) + 1)
+    return " ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs)
 
 
 def _gathered(folders: Sequence[Path], records: Sequence[Mapping[str, Any]], file: str) -> pd.DataFrame:
@@ -390,7 +478,7 @@ def _row(record: dict[str, Any]) -> dict[str, Any]:
         "best_return": plan.get("value"),
         "bound": plan.get("bound"),
         "proved": plan.get("proved"),
-        "simulated": plan.get("simulated"),
+        **{name: plan.get(name) for name in ("exhausted", "expanded", "merged", "simulated")},
         **{f"seconds_{name}": seconds for name, seconds in record["seconds"].items()},
         **{f"parameters_{name}".replace(" ", "_"): number for name, number in record["parameters"].items()},
     }
@@ -413,10 +501,33 @@ def _replayed(staircase: Staircase, motions: np.ndarray) -> StairWorld:
     return world
 
 
-def _effect(world: StairWorld, motion: np.ndarray) -> tuple[float, float]:
-    """Return dy and dz of a motion from where the cube stands, and leave it there [m]."""
-    jump = copy.copy(world).perform(motion.astype(np.float32).astype(float))
-    return jump.dy, jump.dz
+def damage(folder: str | PathLike[str]) -> str | None:
+    """Say what is wrong with the folder of a run by its checksums, None if nothing is."""
+    folder = Path(folder)
+    try:
+        sums = dict(line.split("  ")[::-1] for line in (folder / CHECKSUMS).read_text().removesuffix("\n").split("\n"))
+    except (FileNotFoundError, ValueError):
+        return f"{CHECKSUMS} is missing or unreadable"
+    for name in ("run.json", *sums):
+        try:
+            content = (folder / name).read_bytes()
+        except FileNotFoundError:
+            return f"{name} is missing"
+        if sums.get(name) != hashlib.sha256(content).hexdigest():
+            return f"{name} is not what was written"
+    return None
+
+
+def _is_whole(folder: Path) -> bool:
+    if fault := damage(folder):
+        warnings.warn(f"The run {folder} is damaged ({fault}) and is left out.", stacklevel=4)
+    return not fault
+
+
+def _place(found: tuple[dict[str, Any], Path]) -> tuple[int, str, int]:
+    """Order runs: the paper's methods first, and by seed."""
+    method, seed = found[0]["method"], found[0]["seed"]
+    return (ORDER.index(method) if method in ORDER else len(ORDER), method, seed)
 
 
 # Statistics over seeds, which are the last axis.
@@ -440,13 +551,23 @@ def _improvement(x: np.ndarray, y: np.ndarray, axis: int = -1) -> np.ndarray:
     return u / (x.shape[axis] * y.shape[axis])
 
 
+def _highest_mean(curves: np.ndarray, axis: int = -1) -> np.ndarray:
+    """Return the maximum of the mean curve of curves of shape (n_steps, n_seeds)."""
+    return curves.mean(axis=axis).max(axis=0)
+
+
 def _half_step(steps: np.ndarray) -> Callable[..., np.ndarray]:
-    """Return the statistic of curves, shape (n_steps, n_seeds): the first of ``steps`` at which their mean is half of its maximum."""
+    """Return the statistic of curves, shape (n_steps, n_seeds): the step at which their mean has risen half way.
+
+    It is the last step for a mean that never rises.
+    """
 
     def statistic(curves: np.ndarray, axis: int = -1) -> np.ndarray:
         mean = curves.mean(axis=axis)
-        reached = mean >= mean.max(axis=0) / 2
-        return steps[reached.argmax(axis=0)].astype(float)
+        first, highest = mean[0], mean.max(axis=0)
+        reached = (mean >= (first + highest) / 2) & (highest > first)
+        reached[-1] = True
+        return steps[reached.argmax(axis=0)].astype(float)  # SciPy takes no quantiles of whole numbers
 
     return statistic
 

@@ -30,14 +30,23 @@ from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from stairlab._files import write_bytes
-from stairlab._validation import finite_number, whole_number
-from stairlab.agents import EVAL_EVERY, Training, count_parameters, make_env, train
+from stairlab._validation import finite_number, one_of, whole_number
+from stairlab.agents import (
+    EVAL_EVERY,
+    Training,
+    check_budget,
+    check_settings,
+    count_parameters,
+    make_env,
+    package_versions,
+    train,
+)
 from stairlab.beyond import along_stairs_prototypes
 from stairlab.effects import EffectClasses
 from stairlab.physics import Staircase
 from stairlab.planning import MAX_SIMULATED, Plan, best_return
 from stairlab.prototypes import Prototypes, effect_prototypes, random_prototypes, uniform_prototypes
-from stairlab.results import StudyResults
+from stairlab.results import CHECKSUMS, STUDY_FILE, StudyResults, damage
 from stairlab.sampling import sample_motions
 from stairlab.world import StairWorld
 
@@ -57,8 +66,6 @@ METHODS = {
 BEYOND = {"along-stairs": "at most twenty prototypes found along the stairs (beyond.py)"}
 """ What it can compare besides """
 SETS = METHODS | BEYOND
-CHECKSUMS = "SHA256SUMS"
-STUDY_FILE = "study.json"
 POLL_TIME = 1.0
 """ Between two looks at the runs that another process is making [s] """
 QUICK = {"total_timesteps": 2000, "eval_every": 200, "n_samples": 500, "max_simulated": 1000, "learning_starts": 300}
@@ -97,15 +104,15 @@ class Settings:
     quick: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("total_timesteps", "eval_every", "n_samples", "max_simulated"):
+        check_budget(self.total_timesteps, self.eval_every)
+        for name in ("n_samples", "max_simulated"):
             whole_number(name, getattr(self, name), low=1)
-        if self.eval_every > self.total_timesteps:
-            raise ValueError(
-                f"eval_every must be at most total_timesteps ({self.total_timesteps}), so that there is an evaluation, not "
-                f"{self.eval_every}."
-            )
         if self.restitution is not None:
             finite_number("restitution", self.restitution, low=0, high=1)
+        for algorithm in ("dqn", "sac"):
+            check_settings(algorithm, getattr(self, algorithm))
+        if not isinstance(self.quick, bool):
+            raise TypeError(f"quick must be True or False, not {self.quick!r}.")
 
 
 @dataclass(frozen=True)
@@ -130,10 +137,10 @@ class Study:
 
     Parameters
     ----------
-    methods : sequence of str
+    methods : iterable of str
         Names from ``METHODS`` and ``BEYOND``. For sets of one's own: a file of motions as ``"name=motions.csv"`` among the names.
     seeds : iterable of int
-        Different seeds, 0 or greater.
+        Different seeds, 0 or greater; six are the fewest for which results have intervals.
     total_timesteps : int
         Jumps to train with.
     out_dir : path-like
@@ -156,16 +163,18 @@ class Study:
 
     def __init__(
         self,
-        methods: Sequence[str] = tuple(METHODS),
-        seeds: Iterable[int] = range(5),
+        methods: Iterable[str] = tuple(METHODS),
+        seeds: Iterable[int] = range(6),
         total_timesteps: int = 30_000,
+        *,
         out_dir: str | PathLike[str] = "study",
         **settings: Any,
     ) -> None:
         self.settings = Settings(total_timesteps, **settings)
-        self.own = dict(_own_sets(methods))
-        self.methods = [name.partition("=")[0] for name in methods]
-        self.seeds = [whole_number("a seed", seed, low=0) for seed in seeds]
+        given = [str(method) for method in _listed("methods", methods, "['effect', 'uniform']")]
+        self.own = dict(_own_sets(given))
+        self.methods = [name.partition("=")[0] for name in given]
+        self.seeds = [whole_number("a seed", seed, low=0) for seed in _listed("seeds", seeds, "range(6)")]
         for what, values in (("methods", self.methods), ("seeds", self.seeds)):
             if not values or len(set(values)) < len(values):
                 raise ValueError(f"{what} must be one or more, all different, not {values}.")
@@ -175,17 +184,23 @@ class Study:
                 make_env(motions)
             except ValueError as error:
                 raise ValueError(f"The motions {name!r} cannot be used: {error}") from None
+        self._told: set[tuple[str, ...]] = set()
+        _json(self._description())  # raises a TypeError for a setting that could not be written
         _check_same_study(self.out_dir, self._description())
 
     @classmethod
     def quick(
         cls,
-        methods: Sequence[str] = tuple(METHODS),
+        methods: Iterable[str] = tuple(METHODS),
         seeds: Iterable[int] = range(2),
+        *,
         out_dir: str | PathLike[str] = "study-quick",
         **settings: Any,
     ) -> Study:
-        """Make a study with small budgets: it shows the shape of a real one in minutes, and is marked in every output."""
+        """Make a study with small budgets: it shows the shape of a real one in minutes, and is marked in every output.
+
+        The arguments are those of ``Study``; each of the budgets in ``QUICK`` can be given another value.
+        """
         budgets: dict[str, Any] = {name: value for name, value in QUICK.items() if name != "learning_starts"}
         dqn = {"learning_starts": QUICK["learning_starts"]}
         return cls(methods, seeds, out_dir=out_dir, **(budgets | {"dqn": dqn} | settings | {"quick": True}))
@@ -211,11 +226,14 @@ class Study:
             If ``n_jobs`` is not a number of processes, or the folder has come to hold another study.
         OSError
             If a file cannot be written; the message names it, and all runs before are kept.
+        RuntimeError
+            If a run cannot be made; the message names it, and all runs before are kept.
 
         Warns
         -----
         UserWarning
-            If a finished run is damaged; it is made anew.
+            If a finished run is damaged; it is made anew. If it was made with other versions of the packages that results depend on,
+            it is kept.
         """
         if whole_number("n_jobs", n_jobs) == 0:
             raise ValueError("n_jobs must be a number of processes, or -1 for all cores, not 0.")
@@ -273,10 +291,27 @@ class Study:
         if not folder.exists():
             return False
         if (fault := damage(folder)) is None:
+            self._compare_versions(folder)
             return True
         warnings.warn(f"The run {folder} is damaged ({fault}) and is made anew.", stacklevel=2)
         shutil.rmtree(folder)
         return False
+
+    def _compare_versions(self, folder: Path) -> None:
+        """Tell of a finished run that was made with other versions than those here, once for each combination of them."""
+        there = json.loads((folder / "run.json").read_bytes())["versions"]
+        differing = tuple(
+            f"{package} is {there.get(package)} there and {here} here"
+            for package, here in package_versions().items()
+            if there.get(package) != here
+        )
+        if differing and differing not in self._told:
+            self._told.add(differing)
+            warnings.warn(
+                f"The run {folder} was made with other versions: {'; '.join(differing)}. What is made now may not be comparable; name "
+                "another folder to keep it apart.",
+                stacklevel=2,
+            )
 
     def results(self) -> StudyResults:
         """Read the finished runs of this study's methods and seeds."""
@@ -299,17 +334,23 @@ def _stopped_at_end(made: Generator) -> Iterator[Generator]:
             made.close()
 
 
+def _listed(name: str, values: Any, example: str) -> list[Any]:
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise TypeError(f"{name} must be several, such as {example}, not {values!r}.")
+    return list(values)
+
+
 def _own_sets(methods: Sequence[str]) -> Iterator[tuple[str, Prototypes]]:
-    if isinstance(methods, str):
-        raise TypeError(f"methods must be a sequence of names, not the single text {methods!r}.")
     for method in methods:
-        name, given, path = str(method).partition("=")
+        name, given, path = method.partition("=")
         if given:
             if name.lower() in SETS or not re.fullmatch(r"[A-Za-z][\w-]*", name):
                 raise ValueError(
                     f"A set of your own needs a name of letters, digits, - and _, a letter first, that is not one of "
                     f"{', '.join(SETS)}; not {name!r}."
                 )
+            if not path:
+                raise ValueError(f"{method!r} must name the set's file, such as {method + 'motions.csv'!r}.")
             yield name, Prototypes.from_csv(path)
         elif name not in SETS:
             raise ValueError(
@@ -356,23 +397,6 @@ def _join(folder: Path, description: Mapping[str, Any]) -> None:
         write_bytes(path, content)
 
 
-def damage(folder: str | PathLike[str]) -> str | None:
-    """Say what is wrong with the folder of a run by its checksums, None if nothing is."""
-    folder = Path(folder)
-    try:
-        sums = dict(line.split("  ")[::-1] for line in (folder / CHECKSUMS).read_text().removesuffix("\n").split("\n"))
-    except (OSError, ValueError):
-        return f"{CHECKSUMS} is missing or unreadable"
-    for name in ("run.json", *sums):
-        try:
-            content = (folder / name).read_bytes()
-        except OSError:
-            return f"{name} is missing"
-        if sums.get(name) != hashlib.sha256(content).hexdigest():
-            return f"{name} is not what was written"
-    return None
-
-
 def _store(folder: Path, files: Mapping[str, bytes]) -> None:
     """Write the folder of a run, whole or not at all."""
     part = folder.with_name(f".{folder.name}.part")
@@ -399,8 +423,13 @@ def _perform(task: _Task) -> tuple[str, dict[str, bytes]]:
     # torch has one random generator for all threads of a process; and what a run does itself with joblib must not be spread as well,
     # because a Dask worker begins another run while it waits for that
     with _ALONE, joblib.parallel_config("sequential"), threadpool_limits(1), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of odd classes: the counts are stored
-        return task.name, _files(task)
+        warnings.simplefilter("ignore")  # of odd classes: run.json has the counts
+        try:
+            return task.name, _files(task)
+        except (OSError, MemoryError):
+            raise
+        except Exception as error:
+            raise RuntimeError(f"The run {task.name} could not be made: {error}") from error
 
 
 def _files(task: _Task) -> dict[str, bytes]:
@@ -429,6 +458,7 @@ def _files(task: _Task) -> dict[str, bytes]:
         "algorithm": algorithm,
         "score": training.score(),
         "actions": len(motions) if motions else None,
+        "set": motions.settings if motions else None,
         "samples": settings.n_samples if task.method in _WITH_CLASSES else 0,
         "parameters": count_parameters(training.model),
         "plan": _plan_summary(plan) if plan else None,
@@ -459,9 +489,11 @@ def motion_set(method: str, seed: int, n_samples: int = 2000, restitution: float
 
     Raises
     ------
-    ValueError
-        If so few samples end on the map that there are no classes to find.
+    ValueError, TypeError
+        If an argument is not as described, or so few samples end on the map that there are no classes to find.
     """
+    one_of("method", method, SETS)
+    whole_number("seed", seed, low=0)
     world = StairWorld(Staircase(restitution=restitution))
     for_sampling, for_prototypes, _ = _children(seed)
 

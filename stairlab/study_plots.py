@@ -220,7 +220,7 @@ def plot_learning_certainty(
     if any(estimated for estimated, _ in drawn):
         handles.insert(1, Patch(color=INK, alpha=0.25, linewidth=0, label="95 % bootstrap interval"))
     if any(_best_returns(results, method).size for method in chosen):
-        allowed = "best return that the sets allow, by search (mean)"
+        allowed = "best return found by search, a lower bound (mean)"
         handles.append(Line2D([], [], color=INK, linestyle=":", linewidth=1.8, label=allowed))
     _legend_below(panels[0], handles, ncols=4 if len(chosen) > 2 else 2)
     words = "; ".join(text for _, text in drawn)
@@ -262,7 +262,7 @@ def plot_study_scores(results: StudyResults, ax: Axes | None = None) -> Figure:
     """
     methods = _chosen(results, None)
     (panel,) = _axes(ax, 1, (8.0, 1.9 + 0.56 * len(methods)))
-    estimates = [results.score(method) for method in methods]
+    estimates = [results.iqm_score(method) for method in methods]
     words = []
     for row, (method, estimate) in enumerate(zip(methods, estimates, strict=True)):
         look, scores, best = method_style(method, methods), results.scores(method), _best_returns(results, method)
@@ -283,7 +283,8 @@ def plot_study_scores(results: StudyResults, ax: Axes | None = None) -> Figure:
         _handle(INK, "o", f"interquartile mean over seeds{_with_interval(estimates)}", markersize=9),
     ]
     if any(_best_returns(results, method).size for method in methods):
-        handles.append(_handle(FAINT, "|", "best return of a seed's set, by search", markersize=8, markeredgewidth=1))
+        words_for_bound = "best return found by search for a seed's set (lower bound)"
+        handles.append(_handle(FAINT, "|", words_for_bound, markersize=8, markeredgewidth=1))
         handles.append(_handle(INK, "v", "mean of these", **_OPEN))
     _legend_below(panel, handles, ncols=2)
     return _done([panel], results, f"Scores by method, interquartile mean over seeds. {'; '.join(words)}.")
@@ -411,7 +412,11 @@ def plot_traps(results: StudyResults, ax: Axes | None = None) -> Figure:
                    markeredgecolor="white", markeredgewidth=0.5)  # fmt: skip
         handles.append(_handle(look.color, look.marker, look.label, markersize=_size(look, 7)))
         words.append(f"{look.label}: median trap {np.median(width):.0f} mm, mean score {rows['score'].mean():.1f}")
-    panel.set(xscale="log", ylabel="score [reward]", xlabel="trap: gap to the riser below which no motion of the set climbs [mm]")
+    panel.set(
+        xscale="log",
+        ylabel="score [reward]",
+        xlabel="trap: gap to the riser below which no motion of the set climbs [mm]",
+    )
     panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     panel.xaxis.set_major_formatter("{x:g}")
     panel.xaxis.set_minor_locator(NullLocator())

@@ -8,6 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -15,7 +16,7 @@ from stairlab import study_plots
 from stairlab._files import write_whole
 from stairlab.claims import paper_claims
 from stairlab.report import REPORT, draw_figures, render_page, save_pictures
-from stairlab.results import CONFIDENCE, ENDS, FEWEST_SEEDS, RESAMPLES, StudyResults
+from stairlab.results import ENDS, FEWEST_SEEDS, RESAMPLES, StudyResults
 
 FIGURE_4A = ("effect", "uniform", "random")
 
@@ -41,7 +42,7 @@ def figures(results: StudyResults) -> dict[str, Callable[[], Figure]]:
 
 def tables(results: StudyResults) -> dict[str, pd.DataFrame]:
     """Return the tables that a study is read by, by the name of their file."""
-    return {"summary": results.summary(), "claims": paper_claims(results)}
+    return {"summary": results.summary(), "claims": paper_claims(results).assign(quick=results.quick)}
 
 
 def save_study(results: StudyResults, out_dir: str | PathLike[str], *, progress: bool = True) -> list[Path]:
@@ -56,27 +57,39 @@ def save_study(results: StudyResults, out_dir: str | PathLike[str], *, progress:
     (folder / "figures").mkdir(exist_ok=True)
     written += save_pictures(pictures, folder / "figures")
     written.append(folder / REPORT)
-    page = render_page("study.html.jinja", pictures, **_context(results, found))
+    page = render_page("study.html.jinja", pictures, **_context(results, found, progress))
     write_whole(written[-1], lambda file: file.write(page))
     return written
 
 
-def _context(results: StudyResults, found: dict[str, pd.DataFrame]) -> dict[str, Any]:
+def _context(results: StudyResults, found: dict[str, pd.DataFrame], progress: bool) -> dict[str, Any]:
     settings = results.description["settings"]
     return {
         "results": results,
         "settings": settings,
         "label": {method: study_plots.method_style(method, results.methods).label for method in results.methods},
         "rows": [_present(row) for row in found["summary"].to_dict("records")],
-        "claims": found["claims"].to_numpy().tolist(),
-        "ends": _ends(results),
+        "claims": found["claims"].drop(columns="quick").to_numpy().tolist(),
+        "ends": _ends(results, progress),
         "command": results.command(),
+        "hours": results.hours,
         "description": results.description,
-        "confidence": CONFIDENCE,
+        "departures": _departures(settings),
+        "search": results.runs.groupby("method")[["simulated", "exhausted"]].mean().to_dict("index"),
         "resamples": RESAMPLES,
         "fewest": FEWEST_SEEDS,
         "learning_starts": settings["dqn"].get("learning_starts", study_plots.LEARNING_STARTS),
     }
+
+
+def _departures(settings: dict[str, Any]) -> list[str]:
+    """Name what differs from the paper's study."""
+    named = {
+        "DQN has other settings than the published ones": settings["dqn"],
+        "SAC has other settings than the published ones": settings["sac"],
+        f"the risers have a restitution of {settings['restitution']}": settings["restitution"] is not None,
+    }
+    return [words for words, there in named.items() if there]
 
 
 def _present(row: dict[str, Any]) -> dict[str, Any]:
@@ -84,14 +97,16 @@ def _present(row: dict[str, Any]) -> dict[str, Any]:
     return {name: None if value != value else value for name, value in row.items()}
 
 
-def _ends(results: StudyResults) -> list[dict[str, Any]]:
-    """Count for each method how the trained agents' greedy episodes end, and how many stuck ones had a motion that climbs."""
-    ways, traps = results.ways_out(), results.traps()
-    has_motions = set(results.motions["method"])
-    return [
-        {"method": method, "runs": len(rows)}
-        | {end: int((rows["end"] == end).sum()) for end in ENDS}
-        | {"trap": 1000 * traps[traps["method"] == method]["trap"].median() if method in has_motions else None}
-        | {"way_out": int((ways[ways["method"] == method]["climb"] > 0).sum()) if method in has_motions else None}
-        for method, rows in results.ends().groupby("method", sort=False)
-    ]
+def _ends(results: StudyResults, progress: bool) -> list[dict[str, Any]]:
+    """Say for each method how the trained agents' greedy episodes end, where they are stuck, and whether the set had a way out."""
+    ends, traps, ways = results.ends(), results.traps(), results.ways_out(progress=progress)
+    rows = []
+    for method, mine in ends.groupby("method", sort=False):
+        jumps, sets = ways[ways["method"] == method]["jumps"], traps[traps["method"] == method]
+        row: dict[str, Any] = {"method": method, "runs": len(mine)}
+        row |= {end: int((mine["end"] == end).sum()) for end in ENDS}
+        row["stuck at"] = 1000 * mine.loc[mine["end"] == "stuck", "to riser"].clip(lower=0).median()
+        row |= {"way out": int(np.isfinite(jumps).sum()), "none": int(np.isinf(jumps).sum())}
+        row |= {"trap": 1000 * sets["trap"].median(), "steepest": sets["steepest"].median()}
+        rows.append(_present(row))
+    return rows

@@ -376,4 +376,5 @@ def _fly(
         return (flight.pose, flight.duration, flight.trajectory) if flight.until_rest() else None
 
 
+# A constant of physics.py that is changed in a running session has no effect on remembered jumps: call recall_or_fly.cache_clear().
 recall_or_fly = lru_cache(maxsize=REMEMBERED_JUMPS)(_fly)

@@ -6,7 +6,17 @@ import torch
 from PIL import Image
 
 from stairlab import StairWorld, uniform_prototypes
-from stairlab.agents import count_parameters, load_agent, make_env, play, play_episode, save_agent, train
+from stairlab.agents import (
+    ALGORITHMS,
+    check_settings,
+    count_parameters,
+    load_agent,
+    make_env,
+    play,
+    play_episode,
+    save_agent,
+    train,
+)
 
 SHORT = {"total_timesteps": 300, "eval_every": 100, "progress": False}
 QUICK = {"dqn": {"learning_starts": 50}, "sac": {"learning_starts": 50, "batch_size": 32}}
@@ -25,6 +35,15 @@ def dqn(motions):
 @pytest.fixture(scope="module")
 def sac():
     return train("sac", None, 0, **(SHORT | {"total_timesteps": 100}), **QUICK["sac"])
+
+
+@pytest.fixture
+def no_learning(monkeypatch):
+    def refuse(*_, **__):
+        raise AssertionError("nothing must be trained")
+
+    for algorithm in ALGORITHMS.values():
+        monkeypatch.setattr(algorithm, "learn", refuse)
 
 
 def weights(training):
@@ -96,7 +115,7 @@ def test_sixteen_actions_give_the_published_parameter_counts(dqn, sac):
 
 def test_torch_has_as_many_threads_after_training_as_before(motions):
     before = torch.get_num_threads()
-    train("dqn", motions, 0, total_timesteps=5, progress=False)
+    train("dqn", motions, 0, total_timesteps=5, eval_every=5, progress=False)
     assert torch.get_num_threads() == before
 
 
@@ -142,11 +161,40 @@ def test_a_film_has_a_frame_for_the_start_and_each_jump(dqn, motions, tmp_path):
         (("dqn", [[500, 45]], -1), ValueError, "seed must be at least 0"),
         (("dqn", [[500, 45]], 0, 0), ValueError, "total_timesteps must be at least 1, not 0"),
         (("dqn", [[500, 45]], 0, 10.5), TypeError, "total_timesteps must be a whole number"),
+        (("dqn", [[500, 45]], 0, 20), ValueError, r"eval_every must be at most total_timesteps \(20\).* not 500"),
     ],
 )
-def test_bad_arguments_are_refused_before_anything_is_trained(arguments, error, message):
+def test_bad_arguments_are_refused_before_anything_is_trained(arguments, error, message, no_learning):
     with pytest.raises(error, match=message):
         train(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("settings", "error", "message"),
+    [
+        ({"eval_every": 0}, ValueError, "eval_every must be at least 1, not 0"),
+        ({"eval_episodes": "five"}, TypeError, "eval_episodes must be a whole number, not 'five'"),
+        ({"env_options": 5}, TypeError, r"env_options must be a dict, such as \{'n_steps': 4\}, not 5"),
+        ({"env_options": {"steps": 4}}, TypeError, "steps"),
+        ({"learning_rat": 1e-3}, ValueError, "dqn has no setting 'learning_rat'; did you mean 'learning_rate'?"),
+        ({"ent_coef": 0.1}, ValueError, "dqn has no setting 'ent_coef'; "),
+        ({"device": "cuda"}, ValueError, "dqn has no setting 'device'; there are learning_rate, .*, verbose"),
+        ({"learning_starts": "many"}, TypeError, "learning_starts must be a whole number, not 'many'"),
+        ({"learning_rate": "fast"}, TypeError, "learning_rate must be a number, not 'fast'"),
+        ({"gamma": None}, TypeError, "gamma must be a number, not None"),
+        ({"gamma": np.nan}, ValueError, "gamma must be finite"),
+        ({"optimize_memory_usage": "yes"}, TypeError, "optimize_memory_usage must be True or False, not 'yes'"),
+    ],
+)
+def test_settings_that_there_are_not_or_of_another_type_are_refused_by_name(settings, error, message, no_learning):
+    with pytest.raises(error, match=message):
+        train("dqn", [[500, 45]], **settings)
+
+
+def test_settings_of_every_kind_that_the_algorithms_take_are_accepted():
+    check_settings("dqn", {"learning_rate": lambda left: 1e-3 * left, "train_freq": (4, "step"), "max_grad_norm": 0.5})
+    check_settings("dqn", {"batch_size": np.int64(64), "gamma": np.float32(0.5), "policy_kwargs": {"net_arch": [8]}})
+    check_settings("sac", {"ent_coef": "auto_0.1", "gradient_steps": -1, "use_sde": True, "tau": 1})
 
 
 def test_a_film_must_be_a_gif_or_an_mp4(dqn, motions, tmp_path):

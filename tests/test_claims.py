@@ -35,13 +35,43 @@ def test_likeness_holds_within_a_margin_and_not_beyond_it():
     assert verdict(made_up({"effect": wide, "uniform": wide}), *close) == "not decided"
 
 
-def test_the_claim_of_85_times_as_many_parameters_is_taken_apart():
+def test_the_published_numbers_of_parameters_come_out_and_85_times_does_not():
     results = made_up({"uniform": LOW, "sac": [1.0]})
-    _, finds, found = paper_claims(results).set_index("the paper says").filter(like="85", axis=0).reset_index().iloc[0]
-    assert found == "holds not"
-    assert "475,146 against 5,520" in finds
+    assert verdict(results, "475,146") == "holds"
+    assert verdict(results, "85 times as large") == "holds not"
+    (finds,) = paper_claims(results).set_index("the paper says").filter(like="as large", axis=0)["we find"]
     assert "12 times" in finds
     assert "37 times" in finds
+
+
+def test_all_methods_fall_short_of_sac_only_if_each_does():
+    low = {"effect": LOW, "uniform": LOW, "random": LOW}
+    assert verdict(made_up(low | {"sac": HIGH}), "fall short") == "holds"
+    assert verdict(made_up(low | {"uniform": HIGH + 5, "sac": HIGH}), "fall short") == "holds not"
+    assert verdict(made_up(low | {"sac": HIGH[:5]}), "fall short") == "not decided"
+
+
+def test_robustness_is_the_spread_of_the_scores():
+    narrow, wide = np.linspace(9, 10, 20), np.linspace(0, 15, 20)
+    robust = made_up({"effect": narrow, "uniform": wide, "random": wide, "sac": narrow})
+    assert verdict(robust, "similar to SAC's") == "holds"
+    assert verdict(robust, "not as robust") == "holds"
+    turned = made_up({"effect": wide, "uniform": narrow, "random": wide, "sac": narrow})
+    assert verdict(turned, "similar to SAC's") == "holds not"
+    assert verdict(turned, "not as robust") == "holds not"
+
+
+def test_speed_is_compared_in_training_steps():
+    results = made_up({"effect": HIGH, "uniform": LOW, "random": LOW}, samples={"effect": 2000})
+    assert verdict(results, "way slower") == "holds not"
+    assert verdict(results, "similarly fast") == "holds"
+    assert verdict(results, "faster than random") == "not decided"
+
+
+def test_a_quick_study_says_nothing():
+    assert set(paper_claims(made_up({"effect": HIGH, "uniform": LOW}, quick=True))["verdict"]) == {
+        "quick: says nothing"
+    }
 
 
 def test_some_runs_reach_the_highest_return_or_none_does():

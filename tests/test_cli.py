@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from stairlab import Prototypes, Samples
-from stairlab.cli import main
+from stairlab.cli import _records, main
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +107,15 @@ def test_what_run_wrote_can_be_made_again_step_by_step_with_the_same_seed(folder
     assert (folder / "whole" / "prototypes_effect.csv").read_bytes() == (folder / "again.csv").read_bytes()
 
 
+def test_numbers_that_json_does_not_know_become_null():
+    table = pd.DataFrame({"a": [np.nan, np.inf, 1.5], "b": [1, 2, 3], "c": ["x", None, "z"]})
+    assert json.loads(json.dumps(_records(table), allow_nan=False)) == [
+        {"a": None, "b": 1, "c": "x"},
+        {"a": None, "b": 2, "c": None},
+        {"a": 1.5, "b": 3, "c": "z"},
+    ]
+
+
 def test_an_absurd_file_is_refused_and_nothing_hangs(folder, capsys):
     lines = (folder / "samples.csv").read_text().splitlines()
     cells = lines[3].split(",")
@@ -176,7 +185,7 @@ def test_a_usage_error_is_one_line_and_status_two(arguments, capsys):
     assert "--help" in err
 
 
-@pytest.mark.parametrize("command", ["run", "sample", "prototypes", "replay", "fidelity"])
+@pytest.mark.parametrize("command", ["run", "sample", "prototypes", "replay", "fidelity", "published", "study"])
 def test_every_command_has_help_with_an_example(command, capsys):
     with pytest.raises(SystemExit) as stopped:
         main([command, "--help"])

@@ -11,6 +11,8 @@ from stable_baselines3.common.env_checker import check_env as check_env_of_sb3
 import stairlab
 from stairlab import DiscreteMotions, Staircase, StairWorld, uniform_prototypes
 from stairlab.envs import UpTheStairs
+from stairlab.planning import trap_width
+from stairlab.world import recall_or_fly
 
 CLIMB = np.array([330.0, 68.0], dtype=np.float32)  # one step, from the start pose
 
@@ -166,6 +168,20 @@ def test_actions_outside_the_space_are_refused():
         env.step(np.array([2000, 45]))
     with pytest.raises(ValueError, match="action must be finite"):
         env.step(np.array([np.nan, 45]))
+    with pytest.raises(ValueError, match="action must hold a magnitude and an angle, not 3 numbers"):
+        env.step(np.array([500, 45, 1]))
+
+
+def test_noise_does_not_hide_an_action_outside_the_space():
+    env = UpTheStairs(actuation_noise=0.1)
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="magnitude must be between 50 and 1000, not 2000"):
+        env.step(np.array([2000, 45]))
+    with pytest.raises(ValueError, match="angle must be between 1 and 89, not 90"):
+        env.step(np.array([500, 90]))
+    with pytest.raises(ValueError, match="action must hold a magnitude and an angle, not 3 numbers"):
+        env.step(np.array([500, 45, 1]))
+    assert env.step(np.array([1000, 1]))[4]["on_map"] is True  # noise may not lead out of it either
 
 
 def test_a_motion_set_becomes_discrete_actions():
@@ -188,6 +204,14 @@ def test_any_environment_with_a_box_of_actions_can_be_made_discrete():
     assert len(env.step(2)) == 5
 
 
+@pytest.mark.parametrize("action", [-1, 2, 0.0, None, [0]])
+def test_what_is_no_index_of_the_set_is_refused(action):
+    env = DiscreteMotions(make(), [[500, 45], [300, 75]])
+    env.reset()
+    with pytest.raises(ValueError, match="action must be a whole number from 0 to 1, not"):
+        env.step(action)
+
+
 @pytest.mark.parametrize(
     ("motions", "message"),
     [
@@ -206,3 +230,51 @@ def test_bad_motion_sets_are_refused(motions, message):
 def test_an_environment_without_a_box_of_actions_is_refused():
     with pytest.raises(ValueError, match="env must have a Box action space"):
         DiscreteMotions(gym.make("CartPole-v1"), [[1.0]])
+
+
+# What training leans on below the environment: jumps that are remembered, and how a riser rebounds
+
+
+def gap_after(restitution, magnitude=300, angle=1):
+    """Return the gap to the riser after a jump that hits it flush, low over the ground [m]."""
+    end = StairWorld(Staircase(restitution=restitution)).jump(magnitude, angle).end
+    return end[7] - 0.05
+
+
+def test_a_remembered_jump_equals_a_fresh_one_to_the_bit():
+    def episode():
+        env = make(observation="full")
+        env.reset()
+        steps = [env.step(np.array(motion, dtype=np.float32)) for motion in [(330, 68), (700, 30), (400, 80), (50, 89)]]
+        return [observation.tobytes() for observation, *_ in steps], env.unwrapped.world.state.tobytes()
+
+    recall_or_fly.cache_clear()
+    fresh = episode()
+    flown = recall_or_fly.cache_info().misses
+    assert episode() == fresh
+    assert recall_or_fly.cache_info().hits == recall_or_fly.cache_info().misses == flown == 4
+    recall_or_fly.cache_clear()
+    assert episode() == fresh
+
+
+def test_a_cube_ends_at_a_riser_that_gives_nothing_back_and_farther_from_one_that_does():
+    assert abs(gap_after(0)) < 1e-4
+    assert gap_after(0) < gap_after(0.3) < gap_after(0.6)
+    assert gap_after(0.6) / gap_after(0.3) == pytest.approx(4, rel=0.05)  # it slides back for v² / (2 g)
+
+
+def test_a_jump_is_not_remembered_for_stairs_of_another_restitution():
+    recall_or_fly.cache_clear()
+    first = [gap_after(restitution) for restitution in (0, 0.3, None)]
+    assert len(set(first)) == 3
+    assert [gap_after(restitution) for restitution in (0, 0.3, None)] == first
+    assert recall_or_fly.cache_info().misses == 3
+
+
+def test_a_jump_that_is_never_over_climbs_from_nowhere(monkeypatch):
+    monkeypatch.setattr("stairlab.physics.MAX_STEPS", 1)
+    recall_or_fly.cache_clear()
+    try:
+        assert trap_width(Staircase.fifteen(), [[500, 88]]) == np.inf
+    finally:
+        recall_or_fly.cache_clear()

@@ -18,7 +18,7 @@ def test_the_interquartile_mean_is_the_mean_of_the_middle_half():
 
 
 def test_a_score_is_estimated_by_scipys_bootstrap_over_seeds():
-    found = made_up({"effect": HIGH}).score("effect")
+    found = made_up({"effect": HIGH}).iqm_score("effect")
     oracle = bootstrap((HIGH,), iqm, n_resamples=9999, method="percentile", rng=np.random.default_rng(0))
     assert found.value == pytest.approx(iqm(HIGH))
     assert (found.low, found.high) == pytest.approx(oracle.confidence_interval, abs=1e-12)
@@ -26,8 +26,8 @@ def test_a_score_is_estimated_by_scipys_bootstrap_over_seeds():
 
 
 def test_five_seeds_give_no_interval_and_six_do():
-    assert np.isnan(made_up({"effect": HIGH[:5]}).score("effect").low)
-    assert np.isfinite(made_up({"effect": HIGH[:6]}).score("effect").low)
+    assert np.isnan(made_up({"effect": HIGH[:5]}).iqm_score("effect").low)
+    assert np.isfinite(made_up({"effect": HIGH[:6]}).iqm_score("effect").low)
     assert made_up({"effect": HIGH[:5]}).iqm_curve("effect")[["low", "high"]].isna().to_numpy().all()
 
 
@@ -44,13 +44,30 @@ def test_the_probability_of_improvement_counts_pairs_and_half_of_the_ties():
     assert results.probability_of_improvement("uniform", "effect").value == pytest.approx(1 - pairs)
 
 
-def test_half_of_the_highest_mean_is_reached_half_way_and_later_by_the_samples_of_the_set():
-    scores = {"effect": HIGH, "uniform": LOW}
-    half_way = next(step for i, step in enumerate(STEPS, 1) if i / (len(STEPS) - 5) >= 0.5)
-    results = made_up(scores, samples={"effect": 2000})
-    assert results.steps_to_half("uniform").value == half_way
-    assert results.steps_to_half("effect").value == half_way + 2000
-    assert results.half_step_difference("effect", "uniform").value == 2000
+def test_a_curve_that_rises_evenly_is_half_way_after_half_of_its_rise():
+    results = made_up({"effect": HIGH, "uniform": LOW}, samples={"effect": 2000})
+    rise = [min(i / (len(STEPS) - 5), 1.0) for i in range(1, len(STEPS) + 1)]
+    half_way = next(step for step, share in zip(STEPS, rise, strict=True) if share >= (rise[0] + 1) / 2)
+    for method in ("effect", "uniform"):
+        assert results.steps_to_half(method).value == pytest.approx(half_way, abs=500)  # one evaluation, by rounding
+    assert results.half_step_difference("effect", "uniform").value == pytest.approx(0, abs=500)
+    assert results.shift("effect") == 2000
+
+
+def test_a_curve_that_never_rises_counts_as_risen_at_the_end():
+    assert made_up({"effect": [0.0] * 6}).steps_to_half("effect").value == STEPS[-1]
+    assert made_up({"effect": [-2.0] * 6}).steps_to_half("effect").value == STEPS[-1]
+
+
+def test_a_return_is_reached_at_a_step_or_never():
+    results = made_up({"effect": [10.0] * 6})
+    assert results.step_of("effect", 10.0) == STEPS[len(STEPS) - 6]
+    assert results.step_of("effect", 10.1) == np.inf
+
+
+def test_the_maximum_of_the_mean_curve_is_compared_too():
+    results = made_up({"effect": HIGH, "uniform": LOW})
+    assert results.highest_mean_difference("effect", "uniform").value == pytest.approx(HIGH.mean() - LOW.mean())
 
 
 def test_the_summary_has_a_row_for_each_method_in_order():
@@ -72,14 +89,15 @@ def test_episodes_end_on_the_top_or_stuck_or_else():
     assert results.ends()["to riser"][1] == pytest.approx(1.4 - 1.3 - 0.05)
 
 
-def test_ways_out_make_the_agents_jumps_again():
-    # 400 N at 89 degrees from flush against the first riser: straight up and down; nothing else to choose
-    results = made_up({"effect": [3.0]})
-    results.motions[["magnitude", "angle"]] = [[1000.0, 45.0], [60.0, 1.0]]
-    results.episodes[["magnitude", "angle"]] = 100.0, 1.0
-    table = results.ways_out()
-    assert table[["method", "seed", "motions"]].to_numpy().tolist() == [["effect", 0, 2]]
-    assert table["climb"][0] == 0
+def test_a_way_out_is_searched_from_where_the_agents_own_jumps_lead():
+    # 100 N at 1 degree lead to the first riser; from there only a jump that is steep enough could climb
+    stuck = made_up({"effect": [3.0, 3.0]})
+    stuck.episodes[["magnitude", "angle"]] = 100.0, 1.0
+    stuck.motions[["magnitude", "angle"]] = [[100.0, 1.0], [60.0, 1.0], [100.0, 1.0], [500.0, 89.0]]
+    table = stuck.ways_out()
+    assert table[["method", "seed"]].to_numpy().tolist() == [["effect", 0], ["effect", 1]]
+    assert table["jumps"][0] == np.inf
+    assert np.isfinite(table["jumps"][1])
 
 
 def test_a_study_is_saved_and_loaded_to_the_digit(tmp_path):
@@ -93,10 +111,23 @@ def test_a_study_is_saved_and_loaded_to_the_digit(tmp_path):
 
 
 def test_the_command_repeats_the_study():
-    assert made_up({"effect": HIGH[:3], "sac": LOW[:3]}).command() == (
-        "stairlab study --timesteps 30000 --methods effect sac --seeds 0-2"
+    assert made_up({"effect": HIGH[:3], "uniform": LOW[:3], "sac": LOW[:1]}).command() == (
+        "stairlab study --timesteps 30000 --methods effect uniform --seeds 0-2\n"
+        "stairlab study --timesteps 30000 --methods sac --seeds 0"
     )
     assert made_up({"effect": HIGH[:1]}, quick=True).command() == "stairlab study --quick --methods effect --seeds 0"
+
+
+def test_a_folder_without_a_study_or_with_damaged_tables_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="folder must hold a study"):
+        StudyResults.from_folder(tmp_path)
+    made_up({"effect": HIGH[:2]}).save_tables(tmp_path)
+    (tmp_path / "description.json").write_text("{")
+    with pytest.raises(ValueError, match=r"description\.json must be a file of a study's tables"):
+        StudyResults.load(tmp_path)
+    (tmp_path / "motions.csv").write_bytes(b"")
+    with pytest.raises(ValueError, match=r"motions\.csv must be"):
+        StudyResults.load(tmp_path)
 
 
 def test_an_estimate_reads_as_a_number_with_its_interval():

@@ -1,10 +1,12 @@
 """Studies: run, killed and gone on with, damaged, shared, spread out; all trainings are of some hundred steps."""
 
+import asyncio
 import contextlib
 import errno
 import hashlib
 import json
 import os
+import pickle
 import re
 import shutil
 import signal
@@ -21,11 +23,22 @@ import pandas as pd
 import pytest
 from filelock import FileLock
 
-from stairlab import EffectClasses, Prototypes, Staircase, StairWorld, Study, effect_prototypes, sample_motions
+from stairlab import (
+    EffectClasses,
+    Prototypes,
+    Staircase,
+    StairWorld,
+    Study,
+    StudyResults,
+    effect_prototypes,
+    sample_motions,
+)
 from stairlab import study as study_module
 from stairlab.agents import PACKAGES, train
 from stairlab.cli import main
-from stairlab.study import CHECKSUMS, METHODS, STUDY_FILE, damage
+from stairlab.cluster import dask_cluster
+from stairlab.results import CHECKSUMS, STUDY_FILE, damage
+from stairlab.study import METHODS, motion_set
 
 SHORT = {
     "total_timesteps": 200,
@@ -94,6 +107,8 @@ def every_method(tmp_path_factory):
 
 @pytest.fixture
 def no_training(monkeypatch):
+    """Let a run that begins to train fail, with these words."""
+
     def refuse(*_, **__):
         raise AssertionError("nothing must be trained")
 
@@ -123,6 +138,7 @@ def test_a_record_says_what_was_run_with_which_settings_and_versions(original):
     assert (record["method"], record["seed"], record["algorithm"], record["actions"]) == ("random", 1, "dqn", 10)
     assert SHORT.items() <= record["settings"].items()
     assert set(PACKAGES) <= set(record["versions"])
+    assert record["set"] == {"n": 10}
     assert record["plan"]["value"] <= record["plan"]["bound"] <= 15
     assert json.loads((original / STUDY_FILE).read_bytes()) == {"settings": record["settings"], "own": {}}
 
@@ -207,6 +223,8 @@ def test_the_stored_seeds_give_the_samples_the_set_and_the_training_again(every_
     classes = EffectClasses.from_samples(samples, seed=children["prototypes"])
     prototypes = effect_prototypes(classes, children["prototypes"], world=world)
     stored = pd.read_csv(folder / "effect-3" / "motions.csv")
+    assert record["set"] == prototypes.settings
+    assert json.loads((folder / "sac-3" / "run.json").read_bytes())["set"] is None
     np.testing.assert_array_equal(stored[["magnitude", "angle"]], prototypes.motions)
     budget = {name: SHORT[name] for name in ("total_timesteps", "eval_every")}
     again = train("dqn", prototypes, children["training"], progress=False, **budget, **SHORT["dqn"])
@@ -231,6 +249,26 @@ def test_another_restitution_is_another_study_with_other_jumps(original, tmp_pat
     assert one[1]["episode.csv"] != other[1]["episode.csv"]
     with pytest.raises(ValueError, match=r"restitution is 0\.6 there and None here"):
         short_study(tmp_path / "hard")
+
+
+@pytest.mark.slow
+def test_prototypes_from_along_the_stairs_can_take_part(tmp_path):
+    results = make(tmp_path / "study", ["along-stairs", "uniform"], [0], n_samples=400)
+    assert runs(tmp_path / "study") == ["along-stairs-0", "uniform-0"]
+    stored = pd.read_csv(tmp_path / "study" / "along-stairs-0" / "motions.csv")
+    np.testing.assert_array_equal(stored[["magnitude", "angle"]], motion_set("along-stairs", 0, 400).motions)
+    assert results.runs.set_index("method")["samples"].to_dict() == {"along-stairs": 400, "uniform": 0}
+
+
+def test_runs_made_with_other_versions_are_told_of_once_and_kept(copied, monkeypatch, no_training):
+    here = study_module.package_versions()
+    monkeypatch.setattr(study_module, "package_versions", lambda: {**here, "torch": "99.0"})
+    before = identities(copied)
+    with pytest.warns(UserWarning, match=f"torch is {re.escape(here['torch'])} there and 99.0 here") as told:
+        make(copied)
+    assert len(told) == 1
+    assert "numpy" not in str(told[0].message)
+    assert identities(copied) == before
 
 
 # However it is spread
@@ -470,6 +508,35 @@ def test_after_an_error_the_same_process_can_go_on(original, tmp_path, monkeypat
     assert contents(tmp_path / "study") == contents(original)
 
 
+@pytest.mark.slow
+def test_a_run_that_cannot_be_made_names_itself_from_another_process_too(tmp_path):
+    with pytest.raises(RuntimeError, match=r"The run effect-[01] could not be made: .*samples"):
+        make(tmp_path / "study", ["effect"], n_samples=1, n_jobs=2)
+    assert runs(tmp_path / "study") == []
+
+
+def test_a_run_that_cannot_be_made_names_itself_and_says_why(tmp_path, monkeypatch):
+    def fail(*_, **__):
+        raise KeyError("the reason")
+
+    monkeypatch.setattr(study_module, "train", fail)
+    with pytest.raises(RuntimeError, match="The run random-3 could not be made: 'the reason'") as error:
+        make(tmp_path / "study", ["random"], [3])
+    assert isinstance(error.value.__cause__, KeyError)
+    assert str(pickle.loads(pickle.dumps(error.value))) == str(error.value)
+
+
+@pytest.mark.parametrize("error", [OSError(errno.EMFILE, "Too many open files"), MemoryError(), KeyboardInterrupt()])
+def test_what_is_no_fault_of_the_run_stays_as_it_is(error, tmp_path, monkeypatch):
+    def fail(*_, **__):
+        raise error
+
+    monkeypatch.setattr(study_module, "train", fail)
+    with pytest.raises(type(error)) as raised:
+        make(tmp_path / "study", ["random"], [3])
+    assert raised.value is error
+
+
 # Bad input
 
 
@@ -477,7 +544,12 @@ def test_after_an_error_the_same_process_can_go_on(original, tmp_path, monkeypat
     ("arguments", "error", "message"),
     [
         ({"methods": ["uniform", "magic"]}, ValueError, "methods must be of effect, .* not 'magic'"),
-        ({"methods": "uniform"}, TypeError, "not the single text 'uniform'"),
+        ({"methods": "uniform"}, TypeError, r"methods must be several, such as \['effect', 'uniform'\], not 'uniform'"),
+        ({"methods": None}, TypeError, "methods must be several, .* not None"),
+        ({"methods": [5]}, ValueError, "methods must be of effect, .* not '5'"),
+        ({"methods": ["mine="]}, ValueError, "'mine=' must name the set's file, such as 'mine=motions.csv'"),
+        ({"seeds": 5}, TypeError, r"seeds must be several, such as range\(6\), not 5"),
+        ({"seeds": "0-4"}, TypeError, r"seeds must be several, such as range\(6\), not '0-4'"),
         ({"methods": []}, ValueError, r"methods must be one or more, all different, not \[\]"),
         ({"methods": ["sac", "sac"]}, ValueError, "methods must be one or more, all different"),
         ({"seeds": []}, ValueError, r"seeds must be one or more, all different, not \[\]"),
@@ -490,12 +562,37 @@ def test_after_an_error_the_same_process_can_go_on(original, tmp_path, monkeypat
         ({"max_simulated": True}, TypeError, "max_simulated must be a whole number"),
         ({"restitution": 1.5}, ValueError, "restitution must be between 0 and 1, not 1.5"),
         ({"learning_rate": 1}, TypeError, "learning_rate"),
+        ({"dqn": 5}, TypeError, r"dqn must be a dict of settings, such as \{'gamma': 0.9\}, not 5"),
+        ({"dqn": {"gama": 0.9}}, ValueError, "dqn has no setting 'gama'; did you mean 'gamma'?"),
+        ({"sac": {"exploration_fraction": 0.5}}, ValueError, "sac has no setting 'exploration_fraction'"),
+        ({"sac": {"seed": 1}}, ValueError, "sac has no setting 'seed'"),
+        ({"dqn": {"learning_starts": "many"}}, TypeError, "learning_starts must be a whole number, not 'many'"),
+        ({"dqn": {"learning_rate": abs}}, TypeError, "cannot be written as JSON"),
+        ({"quick": "yes"}, TypeError, "quick must be True or False, not 'yes'"),
     ],
 )
 def test_bad_arguments_are_refused_before_a_folder_is_made(arguments, error, message, tmp_path):
     with pytest.raises(error, match=message):
         short_study(tmp_path / "study", **arguments)
     assert not (tmp_path / "study").exists()
+
+
+def test_methods_and_seeds_may_come_from_generators(tmp_path):
+    study = short_study(tmp_path, (name for name in ("random", "sac")), (seed for seed in (3, 1)))
+    assert (study.methods, study.seeds) == (["random", "sac"], [3, 1])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        (("magic", 0), ValueError, "method must be one of 'effect', .*, 'along-stairs', not 'magic'"),
+        (("random", -1), ValueError, "seed must be at least 0, not -1"),
+        (("effect", 0, 0), ValueError, "n must be at least 1, not 0"),
+    ],
+)
+def test_a_set_that_cannot_be_made_is_refused(arguments, error, message):
+    with pytest.raises(error, match=message):
+        motion_set(*arguments)
 
 
 def test_no_processes_are_refused_before_a_folder_is_made(tmp_path):
@@ -538,11 +635,11 @@ def test_a_set_of_ones_own_is_run_as_it_is(tmp_path):
 def test_other_motions_of_the_same_name_are_another_study(tmp_path, no_training):
     folder = tmp_path / "study"
     first, second = own_set(tmp_path / "a.csv", (330, 70)), own_set(tmp_path / "b.csv", (330, 71))
-    with pytest.raises(AssertionError, match="nothing must be trained"):
+    with pytest.raises(RuntimeError, match="mine-0 could not be made: nothing must be trained"):
         make(folder, [f"mine={first}"])
     with pytest.raises(ValueError, match="holds another study: the motions 'mine' differ"):
         make(folder, [f"mine={second}"])
-    with pytest.raises(AssertionError, match="nothing must be trained"):
+    with pytest.raises(RuntimeError, match="other-0 could not be made: nothing must be trained"):
         make(folder, [f"other={second}"])
     assert json.loads((folder / STUDY_FILE).read_bytes())["own"] == {"mine": [[330, 70]], "other": [[330, 71]]}
 
@@ -558,7 +655,7 @@ def test_a_folder_with_another_study_is_refused(copied, no_training):
 
 def test_another_study_that_came_in_between_is_refused(tmp_path, no_training):
     late = short_study(tmp_path / "study", total_timesteps=300)
-    with pytest.raises(AssertionError, match="nothing must be trained"):
+    with pytest.raises(RuntimeError, match="nothing must be trained"):
         make(tmp_path / "study")
     with pytest.raises(ValueError, match="total_timesteps is 200 there and 300 here"):
         late.run(1, progress=False)
@@ -582,7 +679,7 @@ def test_a_study_file_that_does_not_say_which_study_it_is_is_refused(content, co
 
 def test_a_quick_study_is_marked_and_its_budgets_can_be_set(tmp_path):
     short = {name: value for name, value in SHORT.items() if name != "dqn"}
-    study = Study.quick(["uniform"], [0], tmp_path / "quick", **(short | {"total_timesteps": 100}))
+    study = Study.quick(["uniform"], [0], out_dir=tmp_path / "quick", **(short | {"total_timesteps": 100}))
     assert study.settings.quick
     assert study.settings.total_timesteps == 100
     assert study.settings.dqn == {"learning_starts": 300}
@@ -645,7 +742,7 @@ def test_seeds_are_numbers_and_ranges(given, seeds, asked):
 
 def test_without_options_the_command_runs_all_methods_at_paper_scale(asked):
     study, n_jobs = asked()
-    assert (study.methods, study.seeds, n_jobs) == (list(METHODS), [0, 1, 2, 3, 4], -1)
+    assert (study.methods, study.seeds, n_jobs) == (list(METHODS), [0, 1, 2, 3, 4, 5], -1)
     assert str(study.out_dir) == "study"
     assert study.settings == study_module.Settings()
     assert study.settings.total_timesteps == 30_000
@@ -662,7 +759,25 @@ def test_options_reach_the_study(asked, tmp_path):
     quick, _ = asked("--quick")
     assert quick.settings.quick
     assert (quick.settings.total_timesteps, str(quick.out_dir)) == (2000, "study-quick")
+    assert quick.seeds == [0, 1]
     assert asked("--quick", "--timesteps", 150)[0].settings.eval_every == 150
+
+
+def test_a_study_made_by_several_commands_is_shown_whole(tmp_path, monkeypatch, capsys):
+    saved = []
+    monkeypatch.setattr(StudyResults, "save", lambda results, _: saved.append(results))
+    options = ["--quick", "--timesteps", 200, "--jobs", 1, "--out", tmp_path / "study", "--json"]
+    own = own_set(tmp_path / "mine.csv", (330, 70), (400, 75))
+    command("--methods", "uniform", "random", "--seeds", 0, *options, capsys=capsys)
+    status, out, _ = command("--methods", f"mine={own}", "--seeds", 1, 2, *options, capsys=capsys)
+    assert status == 0
+    assert [(row["method"], row["seeds"]) for row in json.loads(out)["summary"]] == [
+        ("uniform", 1),
+        ("random", 1),
+        ("mine", 2),
+    ]
+    assert saved[1].methods == ["uniform", "random", "mine"]
+    assert saved[1].description["own"] == {"mine": [[330, 70], [400, 75]]}
 
 
 @pytest.mark.slow
@@ -717,7 +832,9 @@ def test_a_quick_study_says_so_in_its_first_line(tmp_path, capsys):
         (["--restitution", "2"], "restitution must be between 0 and 1, not 2."),
         (["--out", "thesis.tex"], "thesis.tex is a file; name a folder"),
         (["--out", "."], "out_dir must be new, empty, or hold a study, but . holds other files."),
-        (["--dask", "somewhere"], "missing port number in address 'somewhere'"),
+        (["--dask", "somewhere"], "such as tcp://host:8786, not 'somewhere': missing port number"),
+        (["--dask", "http://host:8786"], "such as tcp://host:8786, not 'http://host:8786': unknown address scheme"),
+        (["--dask", "tcp://host:port"], "such as tcp://host:8786, not 'tcp://host:port': "),
     ],
 )
 def test_an_input_error_is_one_line_and_status_two(arguments, message, tmp_path, monkeypatch, capsys, no_training):
@@ -756,6 +873,27 @@ def test_the_command_runs_on_a_dask_cluster(cluster, tmp_path, capsys):
     assert command(*options, "--jobs", 1, "--out", tmp_path / "here", capsys=capsys)[0] == 0
     assert contents(tmp_path / "dask") == contents(tmp_path / "here")
     assert runs(tmp_path / "dask") == ["uniform-0", "uniform-1"]
+
+
+def test_a_cluster_can_be_asked_for_where_an_event_loop_runs_as_in_jupyter(monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("stairlab.cluster.DASK_TIMEOUT", 0.2)
+
+    async def ask():
+        with dask_cluster("tcp://127.0.0.1:1"):
+            raise AssertionError("nobody is there")
+
+    with pytest.raises(OSError, match="no Dask scheduler answers at tcp://127"):
+        asyncio.run(ask())
+
+
+@pytest.mark.slow
+def test_a_cluster_can_be_used_where_an_event_loop_runs_as_in_jupyter(cluster):
+    async def spread():
+        with dask_cluster(cluster.scheduler_address):
+            return joblib.Parallel()(joblib.delayed(abs)(number) for number in (-1, -2))
+
+    assert asyncio.run(spread()) == [1, 2]
 
 
 @pytest.mark.slow

@@ -297,7 +297,7 @@ def test_scores_show_each_seed_the_interval_and_what_the_sets_allow() -> None:
             line for line in panel.lines if np.size(line.get_ydata()) and abs(np.mean(line.get_ydata()) - row) < 0.5
         ]
         drawn = [np.ravel(line.get_xdata()).tolist() for line in mine if line.get_color() == color]
-        estimate = results.score(method)
+        estimate = results.iqm_score(method)
         assert results.scores(method).tolist() in drawn
         assert [estimate.value] in drawn
         assert ([estimate.low, estimate.high] in drawn) == (method != "sac")
