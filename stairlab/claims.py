@@ -155,7 +155,7 @@ def _spread_like_sac(results: StudyResults) -> Claim:
     found = results.spread_difference("effect", "sac")
     return (
         "The effect-based standard deviation is similar to SAC's.",
-        f"of the scores: {results.spread('effect').value:.1f} against {results.spread('sac').value:.1f}{_few(results, 'sac')}: "
+        f"of the scores: {results.spread('effect')} against {results.spread('sac')}{_few(results, 'sac')}: "
         f"difference {found}",
         _is_like(found, SIMILAR_SPREAD),
     )
@@ -165,7 +165,7 @@ def _others_spread_more(results: StudyResults) -> Claim:
     found = {method: results.spread_difference(method, "effect") for method in ("uniform", "random")}
     return (
         "The other methods are not as robust: their standard deviation is larger.",
-        f"{results.spread('effect').value:.1f} with effect; larger by "
+        f"{results.spread('effect')} with effect; larger by "
         + ", ".join(f"{difference} ({method})" for method, difference in found.items())
         + "; runs that all stay low spread little",
         _all_of([_is_above(difference) for difference in found.values()]),

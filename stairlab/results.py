@@ -69,6 +69,8 @@ class Estimate(NamedTuple):
     high: float
 
     def __str__(self) -> str:
+        if np.isnan(self.value):
+            return "–"  # the spread of a single seed
         interval = "" if np.isnan(self.low) else f" [{self.low:.1f}, {self.high:.1f}]"
         return f"{self.value:.1f}{interval}"
 
@@ -330,7 +332,7 @@ class StudyResults:
             world = _replayed(staircase, episodes[key][["magnitude", "angle"]].to_numpy())
             motions = sets[key][["magnitude", "angle"]].to_numpy()
             rows.append((*key, jumps_to_climb(world, motions, max_simulated)))
-        return pd.DataFrame(rows, columns=["method", "seed", "jumps"])
+        return pd.DataFrame(rows, columns=["method", "seed", "jumps"]).astype({"jumps": float})
 
     def traps(self) -> pd.DataFrame:
         """Measure for each set the trap that a riser is: the gap below which none of its motions climbs (see ``trap_width``).
@@ -350,8 +352,13 @@ class StudyResults:
             if key not in width_of:
                 width_of[key] = trap_width(staircase, motions)
             rows.append((method, seed, width_of[key], motions[:, 1].max()))
-        table = pd.DataFrame(rows, columns=["method", "seed", "trap", "steepest"])
-        return table.merge(self.runs[["method", "seed", "score"]], on=["method", "seed"])
+        table = pd.DataFrame(rows, columns=["method", "seed", "trap", "steepest"]).astype(
+            {"trap": float, "steepest": float}
+        )
+        scores = self.runs.set_index(["method", "seed"])["score"]
+        return table.assign(
+            score=scores.reindex(pd.MultiIndex.from_frame(table[["method", "seed"]])).to_numpy(dtype=float)
+        )
 
     @property
     def hours(self) -> float:
@@ -543,7 +550,7 @@ def _mean_difference(x: np.ndarray, y: np.ndarray, axis: int = -1) -> np.ndarray
 
 
 def _deviation(values: np.ndarray, axis: int = -1) -> np.ndarray:
-    return values.std(axis=axis, ddof=1)
+    return values.std(axis=axis, ddof=1) if values.shape[axis] > 1 else np.full_like(values.sum(axis=axis), np.nan)
 
 
 def _improvement(x: np.ndarray, y: np.ndarray, axis: int = -1) -> np.ndarray:

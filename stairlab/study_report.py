@@ -75,7 +75,11 @@ def _context(results: StudyResults, found: dict[str, pd.DataFrame], progress: bo
         "hours": results.hours,
         "description": results.description,
         "departures": _departures(settings),
-        "search": results.runs.groupby("method")[["simulated", "exhausted"]].mean().to_dict("index"),
+        "search": results.runs[["simulated", "exhausted"]]
+        .astype(float)
+        .groupby(results.runs["method"])
+        .mean()
+        .to_dict("index"),
         "resamples": RESAMPLES,
         "fewest": FEWEST_SEEDS,
         "learning_starts": settings["dqn"].get("learning_starts", study_plots.LEARNING_STARTS),

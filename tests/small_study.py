@@ -20,7 +20,9 @@ def made_up(scores, samples=None, quick=False, best_return=12.0):
             runs.append(
                 {"method": method, "seed": seed, "score": float(score), "actions": 2.0 if discrete else np.nan}
                 | {"samples": (samples or {}).get(method, 0), "best_return": best_return if discrete else np.nan}
-                | {"bound": 15.0 if discrete else np.nan, "proved": False if discrete else None, "simulated": 100}
+                | {"bound": 15.0 if discrete else np.nan, "proved": False if discrete else None}
+                | dict.fromkeys(("exhausted", "expanded", "merged"), False if discrete else None)
+                | {"simulated": 100 if discrete else None}
                 | {"seconds_set": 1.0, "seconds_training": 2.0, "seconds_planning": 0.5}
                 | {
                     "parameters_deciding": 5520 if discrete else 68_100,
