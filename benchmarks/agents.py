@@ -11,6 +11,7 @@ from stable_baselines3 import DQN
 
 from stairlab import EffectClasses, StairWorld, effect_prototypes, random_prototypes, sample_motions, uniform_prototypes
 from stairlab.agents import PUBLISHED_SETTINGS, make_env, train
+from stairlab.world import recall_or_fly
 
 
 class FreeSteps(gym.Env):
@@ -49,6 +50,7 @@ def main() -> None:
     rows = []
     for name, motions in sets.items():
         free = _free_time(len(motions), timesteps)
+        recall_or_fly.cache_clear()  # a training begins without remembered jumps
         stairs = train("dqn", motions, total_timesteps=timesteps, progress=False).wall_time
         rows.append(
             {"motions": name, "actions": len(motions), "stairs [s]": stairs, "free [s]": free, "ratio": stairs / free}

@@ -154,7 +154,10 @@ def build_parser() -> argparse.ArgumentParser:
         "the study that comes with the package: tables, figures and a report into a folder",
     )
     published.add_argument(
-        "part", nargs="?", default="paper", help="paper (default): at the paper's scale; or beyond: beyond the paper"
+        "part",
+        nargs="?",
+        default="paper",
+        help="paper (default), restitution-0, restitution-0.1 (the same in other worlds), or beyond (better sets and DQN settings)",
     )
     published.add_argument("--out", type=Path, metavar="FOLDER", help="where to write (default: published-PART)")
 

@@ -304,7 +304,7 @@ class StudyResults:
             ]
         )
 
-    def ways_out(self, max_simulated: int = 300, progress: bool = False) -> pd.DataFrame:
+    def ways_out(self, max_simulated: int = 700, progress: bool = False) -> pd.DataFrame:
         """Ask whether a set has a way up from where its trained agent got stuck.
 
         The agent's jumps are made again, so that the cube stands exactly where it did, and the motions of the set are searched from
