@@ -274,7 +274,7 @@ class Study:
             n_jobs=n_jobs, return_as="generator_unordered", pre_dispatch="n_jobs + 1", batch_size=1
         )
         try:
-            with _stopped_at_end(parallel(joblib.delayed(_perform)(task) for task in claimed())) as made:
+            with _quiet_loky(), _stopped_at_end(parallel(joblib.delayed(_perform)(task) for task in claimed())) as made:
                 for name, files in made:
                     _store(self.out_dir / name, files)
                     locks.pop(name).release()
@@ -321,6 +321,17 @@ class Study:
     def _description(self) -> dict[str, Any]:
         own = {name: motions.motions.tolist() for name, motions in self.own.items()}
         return {"settings": asdict(self.settings), "own": own}
+
+
+@contextmanager
+def _quiet_loky() -> Iterator[None]:
+    """Let joblib replace a worker whose memory has grown, as it does when it first imports torch, without a warning.
+
+    Where warnings are errors, it would end the thread that gives out the work, and the study would wait for ever.
+    """
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs were given")
+        yield
 
 
 @contextmanager
