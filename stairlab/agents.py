@@ -272,13 +272,31 @@ def play_episode(model: BaseAlgorithm, env: gym.Env) -> dict[str, float]:
         "return" (sum of rewards), "length" (jumps) and "climbed" (steps above the ground at the end; NaN where the environment
         does not say).
     """
-    observation, info = env.reset()
-    total, length, over = 0.0, 0, False
+    total, length, climbed = 0.0, 0, float("nan")
+    for _, reward, info in greedy_steps(model, env):
+        total, length, climbed = total + reward, length + 1, info.get("steps", float("nan"))
+    return {"return": total, "length": length, "climbed": climbed}
+
+
+def greedy_steps(model: BaseAlgorithm, env: gym.Env) -> Iterator[tuple[np.ndarray, float, dict[str, Any]]]:
+    """Play one episode with the greedy policy, step by step; after each, the environment is as the step left it.
+
+    Yields
+    ------
+    action : ndarray
+        What the agent chose: the row number of a motion, shape (), or an action of shape (2,).
+    reward : float
+        What it earned.
+    info : dict
+        What the environment tells.
+    """
+    observation, _ = env.reset()
+    over = False
     while not over:
         action, _ = model.predict(observation, deterministic=True)
         observation, reward, terminated, truncated, info = env.step(action)
-        total, length, over = total + float(reward), length + 1, terminated or truncated
-    return {"return": total, "length": length, "climbed": info.get("steps", float("nan"))}
+        over = terminated or truncated
+        yield action, float(reward), info
 
 
 def count_parameters(model: BaseAlgorithm) -> dict[str, int]:

@@ -277,33 +277,33 @@ def jumps_to_climb(world: StairWorld, motions: np.ndarray, max_simulated: int = 
     """
     values = _checked(world, motions)
     goal = world.state[2] + DEAD_BAND
-    layer, known, simulated = [world], {_resting_place(world)}, 0
-    for jumps in itertools.count(1):
+    layer, known, jumps, simulated = [world], {_resting_place(world)}, 0, 0
+    while layer:
+        jumps += 1
         following = []
         for place in layer:
             if simulated >= max_simulated:
                 return math.nan
-            for jump, there in _tried(place, values):
+            for _, jump, there in _tried(place, values):
                 simulated += 1
                 if jump.on_map and jump.end[2] > goal:
                     return jumps
                 if not ends_episode(world.staircase, jump) and _resting_place(there) not in known:
                     known.add(_resting_place(there))
                     following.append(there)
-        if not following:
-            return math.inf
         layer = following
-    raise AssertionError("unreachable")
+    return math.inf
 
 
-def _tried(world: StairWorld, motions: np.ndarray) -> Iterator[tuple[Jump, StairWorld]]:
-    """Try each motion from a world's state, in copies of it; a jump that is not over in time is left out."""
-    for motion in motions:
-        there = copy.copy(world)
+def _tried(world: StairWorld, motions: np.ndarray) -> Iterator[tuple[int, Jump, StairWorld]]:
+    """Try each motion from a world's state: its row, the jump, and the world after it; one that is not over in time is left out."""
+    for row, motion in enumerate(motions):
+        there = copy.copy(world)  # a jump replaces the state of the copy
         try:
-            yield there.perform(motion), there
+            jump = there.perform(motion)
         except RuntimeError:
             continue
+        yield row, jump, there
 
 
 def _resting_place(world: StairWorld) -> tuple[float, ...]:
@@ -448,18 +448,12 @@ class _Search:
         return node.step, round(y / self.tolerance), turned % round(90 / ROTATION_CELL)
 
     def children(self, node: _Node) -> list[_Node]:
-        """Try every motion."""
-        children = (self.child(node, motion) for motion in range(len(self.motions)))
-        return [child for child in children if child is not None]
+        """Try every motion; a jump that is not over in time leads nowhere."""
+        self.simulated += len(self.motions)
+        return [self.child(node, *tried) for tried in _tried(node.world, self.motions)]
 
-    def child(self, node: _Node, motion: int) -> _Node | None:
-        """Try one motion; None if the jump is not over within the world's time limit."""
-        world = copy.copy(node.world)  # a jump replaces the state of the copy
-        self.simulated += 1
-        try:
-            jump = world.perform(self.motions[motion])
-        except RuntimeError:
-            return None
+    def child(self, node: _Node, motion: int, jump: Jump, world: StairWorld) -> _Node:
+        """Return the episode that goes on with a jump."""
         step = round((float(jump.end[2]) - CUBE_EDGE / 2) / self.staircase.rise)
         return _Node(
             world,

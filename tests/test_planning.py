@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from stairlab.physics import Staircase
-from stairlab.planning import GAPS, Plan, best_return, jump_reward, trap_width
+from stairlab.planning import Plan, best_return, jump_reward, trap_width
 from stairlab.prototypes import Prototypes, random_prototypes, uniform_prototypes
-from stairlab.world import StairWorld
+from stairlab.world import Jump, StairWorld
 
 SINGLE_STEP = [300.0, 70.0]  # gains one step from the start pose, and from wherever it lands
 TINY = Staircase(2, last_run=1.0)
@@ -256,4 +256,28 @@ def test_the_trap_of_a_set_is_that_of_its_best_motion():
 
 def test_motions_that_never_climb_are_trapped_everywhere():
     assert trap_width(Staircase.fifteen(), [[50.0, 89.0], [1000.0, 1.0]]) == np.inf
-    assert GAPS[0] < 0.002
+
+
+@pytest.fixture
+def straight_paths(monkeypatch):
+    """A world in which a cube flies straight on and climbs a step if its front passes the edge: tan(angle) > rise / gap."""
+
+    def perform(world, motion):
+        magnitude, angle = motion
+        start, rise = world.state, world.staircase.rise
+        end = start.copy()
+        if np.tan(np.radians(angle)) * (world.staircase.d_obs(start[1]) - 0.05) > rise:
+            end[2] += rise
+        return Jump(magnitude, angle, start, end, on_map=True, duration=1.0)
+
+    monkeypatch.setattr(StairWorld, "perform", perform)
+
+
+@pytest.mark.parametrize("angle", [50.0, 60.0, 70.0, 80.0, 85.0, 88.0, 89.0])  # 89 degrees is as steep as motions are
+def test_the_gaps_are_fine_enough_to_find_the_trap_of_straight_paths(angle, straight_paths):
+    closed_form = 0.3 / np.tan(np.radians(angle))
+    assert 0.86 * closed_form < trap_width(Staircase.fifteen(), [[500.0, angle]]) <= closed_form
+
+
+def test_paths_too_flat_for_the_widest_gap_are_trapped_everywhere(straight_paths):
+    assert trap_width(Staircase.fifteen(), [[500.0, 44.0]]) == np.inf
