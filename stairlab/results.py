@@ -1,78 +1,59 @@
-"""What a study found: its tables, and how sure they make us (section 4 of the paper, figure 4).
-
-The interquartile mean and intervals over seeds follow the advice of Agarwal et al., "Deep Reinforcement Learning at the Edge of the
-Statistical Precipice" (2021); the bootstrap is SciPy's.
-"""
+"""What a study found: its tables, and what follows from them (section 4 of the paper, figure 4)."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from importlib.resources import as_file, files
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import bootstrap, mannwhitneyu, trim_mean
-from tqdm import tqdm
 
+from stairlab import endings
 from stairlab._files import write_bytes, write_whole
 from stairlab._validation import one_of
 from stairlab.beyond import TUNED_DQN
-from stairlab.physics import CUBE_EDGE, Staircase
-from stairlab.planning import jumps_to_climb, trap_width
-from stairlab.world import StairWorld
-
-ORDER = (
-    "effect",
-    "effect-reliable",
-    "fixed",
-    "uniform",
-    "random",
-    "uniform-matched",
-    "random-matched",
-    "along-stairs",
-    "sac",
+from stairlab.estimates import (
+    Estimate,
+    deviation,
+    difference_of,
+    estimate,
+    half_step,
+    highest_mean,
+    improvement,
+    interval,
+    iqm,
 )
-""" In which methods are listed; sets of one's own come last """
+
+METHODS = {
+    "effect": "effect-based prototypes (the paper's)",
+    "effect-reliable": "effect-based prototypes from the core of each class",
+    "fixed": "five prototypes a class",
+    "uniform": "a 4 x 4 grid of motions",
+    "random": "ten random motions",
+    "uniform-matched": "a grid of as many motions as effect has",
+    "random-matched": "as many random motions as effect has",
+    "sac": "SAC on the continuous motion space",
+}
+""" What a study of the paper compares """
+BEYOND = {"along-stairs": "at most twenty prototypes found along the stairs (beyond.py)"}
+""" What it can compare besides """
+ORDER = sorted([*METHODS, *BEYOND], key=lambda method: method == "sac")
+""" In which methods are listed: SAC, which has no set, after the others; sets of one's own come last """
 TABLES = ("runs", "evaluations", "motions", "episodes")
 STUDY_FILE = "study.json"
 CHECKSUMS = "SHA256SUMS"
-CONFIDENCE = 0.95
-""" Of every interval """
-RESAMPLES = 9999
-""" Resamples of the seeds behind an interval """
-FEWEST_SEEDS = 6
-""" With fewer seeds than this there are means and curves, but no interval """
 TOP_STEP = 15
 """ Steps of the learning task """
-ENDS = ("top", "stuck", "other")
-""" How a greedy episode ends: on the top; stuck where its last jumps change nothing; or else (time's up, or off the map) """
-STUCK_JUMPS = 5
-STUCK_SHIFT = 0.001
-""" So many last jumps that all move the cube by less than this are called stuck [m] """
 SAME_RETURN = 0.05
 """ Returns as near as this are the same: a resting cube can lean, some hundredths of a step """
-
-
-class Estimate(NamedTuple):
-    """A figure over seeds with its 95 % bootstrap interval; the interval is NaN with five seeds or fewer."""
-
-    value: float
-    low: float
-    high: float
-
-    def __str__(self) -> str:
-        if np.isnan(self.value):
-            return "–"  # the spread of a single seed
-        interval = "" if np.isnan(self.low) else f" [{self.low:.1f}, {self.high:.1f}]"
-        return f"{self.value:.1f}{interval}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,33 +167,24 @@ class StudyResults:
         """Return the interquartile mean over seeds at each step ("iqm"), with its 95 % bootstrap interval ("low", "high")."""
         curves = self.curves(method)
         values = curves.to_numpy()
-        low, high = _interval(iqm, values)
+        low, high = interval(iqm, values)
         return pd.DataFrame({"iqm": iqm(values), "low": low, "high": high}, index=curves.index)
 
     def iqm_score(self, method: str) -> Estimate:
         """Estimate the interquartile mean of a method's scores."""
-        return _estimate(iqm, self.scores(method))
+        return estimate(iqm, self.scores(method))
 
     def difference(self, method: str, other: str) -> Estimate:
         """Estimate by how much the mean score of a method is above another's."""
-        return _estimate(_mean_difference, self.scores(method), self.scores(other))
+        return estimate(difference_of(np.mean), self.scores(method), self.scores(other))
 
     def probability_of_improvement(self, method: str, other: str) -> Estimate:
-        r"""Estimate the probability that a run of a method scores higher than one of another, ties counted half.
-
-        .. math:: P(X > Y) = \frac{U}{n_x n_y}
-
-        with the statistic U of Mann and Whitney.
-        """
-        return _estimate(_improvement, self.scores(method), self.scores(other))
+        """Estimate the probability that a run of a method scores higher than one of another, ties counted half."""
+        return estimate(improvement, self.scores(method), self.scores(other))
 
     def highest_mean_difference(self, method: str, other: str) -> Estimate:
         """Estimate by how much the maximum of a method's mean curve is above that of another's."""
-        return _estimate(
-            lambda x, y, axis=-1: _highest_mean(x, axis=axis) - _highest_mean(y, axis=axis),
-            self.curves(method).to_numpy(),
-            self.curves(other).to_numpy(),
-        )
+        return estimate(difference_of(highest_mean), self.curves(method).to_numpy(), self.curves(other).to_numpy())
 
     def steps_to_half(self, method: str) -> Estimate:
         """Estimate when a method has risen half way: after how many training steps its mean curve is half way up.
@@ -221,15 +193,12 @@ class StudyResults:
         samples of a set are not counted; see ``shift``.
         """
         curves = self.curves(method)
-        return _estimate(_half_step(curves.index.to_numpy()), curves.to_numpy())
+        return estimate(half_step(curves.index.to_numpy()), curves.to_numpy())
 
     def half_step_difference(self, method: str, other: str) -> Estimate:
         """Estimate how many training steps later than another a method has risen half way (see ``steps_to_half``)."""
         mine, theirs = self.curves(method), self.curves(other)
-        first, second = _half_step(mine.index.to_numpy()), _half_step(theirs.index.to_numpy())
-        return _estimate(
-            lambda x, y, axis=-1: first(x, axis=axis) - second(y, axis=axis), mine.to_numpy(), theirs.to_numpy()
-        )
+        return estimate(difference_of(half_step(mine.index.to_numpy())), mine.to_numpy(), theirs.to_numpy())
 
     def step_of(self, method: str, value: float) -> float:
         """Return the training step at which a method's mean curve first reaches a return, infinite if it never does."""
@@ -239,15 +208,11 @@ class StudyResults:
 
     def spread(self, method: str) -> Estimate:
         """Estimate the standard deviation of a method's scores over seeds."""
-        return _estimate(_deviation, self.scores(method))
+        return estimate(deviation, self.scores(method))
 
     def spread_difference(self, method: str, other: str) -> Estimate:
         """Estimate by how much the standard deviation of a method's scores is above another's."""
-        return _estimate(
-            lambda x, y, axis=-1: _deviation(x, axis=axis) - _deviation(y, axis=axis),
-            self.scores(method),
-            self.scores(other),
-        )
+        return estimate(difference_of(deviation), self.scores(method), self.scores(other))
 
     def summary(self) -> pd.DataFrame:
         """Return a row for each method.
@@ -262,12 +227,12 @@ class StudyResults:
             that the sets allow, on average, a lower bound; "allow 15", the share of sets for which it found 15; "proved", the share
             of sets for which nothing better is possible; and "quick", whether the numbers say nothing.
         """
-        return pd.DataFrame([self._summary(method) for method in self.methods])
+        ends = self.ends()
+        return pd.DataFrame([self._summary(method, ends[ends["method"] == method]) for method in self.methods])
 
-    def _summary(self, method: str) -> dict[str, Any]:
+    def _summary(self, method: str, ends: pd.DataFrame) -> dict[str, Any]:
         runs, scores = self._of("runs", method), self.scores(method)
         value, low, high = self.iqm_score(method)
-        ends = self.ends()
         searched = runs["best_return"].notna().all()
         return {
             "method": method,
@@ -278,7 +243,7 @@ class StudyResults:
             "iqm": value,
             "low": low,
             "high": high,
-            "at the top": (ends.loc[ends["method"] == method, "end"] == "top").mean(),
+            "at the top": (ends["end"] == "top").mean(),
             "half at": self.steps_to_half(method).value,
             "half of 15 at": self.step_of(method, TOP_STEP / 2),
             "samples": self.shift(method),
@@ -289,76 +254,21 @@ class StudyResults:
         }
 
     def ends(self) -> pd.DataFrame:
-        """Say how the greedy episode of each trained agent ends.
-
-        Returns
-        -------
-        pandas.DataFrame
-            A row for each run: "method", "seed", "step" of the stairs on which it ends, the distance "to riser" ahead of the cube's
-            front [m], and "end", one of ``ENDS``.
-        """
-        return pd.DataFrame(
-            [
-                {"method": method, "seed": seed, **_end(episode)}
-                for (method, seed), episode in self.episodes.groupby(["method", "seed"], sort=False)
-            ]
-        )
+        """Say how the greedy episode of each trained agent ends, see ``stairlab.endings.ends``."""
+        return endings.ends(self.episodes)
 
     def ways_out(self, max_simulated: int = 700, progress: bool = False) -> pd.DataFrame:
-        """Ask whether a set has a way up from where its trained agent got stuck.
-
-        The agent's jumps are made again, so that the cube stands exactly where it did, and the motions of the set are searched from
-        there (see ``jumps_to_climb``).
-
-        Parameters
-        ----------
-        max_simulated : int
-            Jumps that each search may simulate.
-        progress : bool
-            Show a progress bar.
-
-        Returns
-        -------
-        pandas.DataFrame
-            A row for each stuck run with a set of motions: "method", "seed", and the "jumps" until it could be higher: infinite if
-            never, NaN if the search was not over.
-        """
-        rows = []
-        stuck = self.ends().query("end == 'stuck'").set_index(["method", "seed"]).index
-        sets = dict(iter(self.motions.groupby(["method", "seed"])))
-        episodes = dict(iter(self.episodes.groupby(["method", "seed"])))
-        staircase = Staircase.fifteen(self.description["settings"]["restitution"])
-        for key in tqdm([key for key in stuck if key in sets], desc="ways out", disable=not progress, leave=False):
-            world = _replayed(staircase, episodes[key][["magnitude", "angle"]].to_numpy())
-            motions = sets[key][["magnitude", "angle"]].to_numpy()
-            rows.append((*key, jumps_to_climb(world, motions, max_simulated)))
-        return pd.DataFrame(rows, columns=["method", "seed", "jumps"]).astype({"jumps": float})
+        """Ask whether a set has a way up from where its trained agent got stuck, see ``stairlab.endings.ways_out``."""
+        return endings.ways_out(self.episodes, self.motions, self._restitution, max_simulated, progress)
 
     def traps(self) -> pd.DataFrame:
-        """Measure for each set the trap that a riser is: the gap below which none of its motions climbs (see ``trap_width``).
+        """Measure the trap that a riser is for each set, see ``stairlab.endings.traps``; "score" is that of its run."""
+        scores = self.runs[["method", "seed", "score"]]
+        return endings.traps(self.motions, self._restitution).merge(scores, how="left", on=["method", "seed"])
 
-        Returns
-        -------
-        pandas.DataFrame
-            A row for each run with a set of motions: "method", "seed", the "trap" [m], the "steepest" angle of the set [deg], and the
-            run's "score".
-        """
-        staircase = Staircase.fifteen(self.description["settings"]["restitution"])
-        width_of: dict[bytes, float] = {}  # uniform sets are the same for every seed
-        rows = []
-        for (method, seed), one in self.motions.groupby(["method", "seed"], sort=False):
-            motions = one[["magnitude", "angle"]].to_numpy(dtype=float)
-            key = motions.tobytes()
-            if key not in width_of:
-                width_of[key] = trap_width(staircase, motions)
-            rows.append((method, seed, width_of[key], motions[:, 1].max()))
-        table = pd.DataFrame(rows, columns=["method", "seed", "trap", "steepest"]).astype(
-            {"trap": float, "steepest": float}
-        )
-        scores = self.runs.set_index(["method", "seed"])["score"]
-        return table.assign(
-            score=scores.reindex(pd.MultiIndex.from_frame(table[["method", "seed"]])).to_numpy(dtype=float)
-        )
+    @property
+    def _restitution(self) -> float | None:
+        return self.description["settings"]["restitution"]
 
     @property
     def hours(self) -> float:
@@ -491,23 +401,6 @@ def _row(record: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _end(episode: pd.DataFrame) -> dict[str, Any]:
-    last, y, z = episode.iloc[-1], episode["y"].to_numpy(), episode["z"].to_numpy()
-    moved = np.abs(np.diff(y[-STUCK_JUMPS - 1 :])) + np.abs(np.diff(z[-STUCK_JUMPS - 1 :]))
-    still = len(moved) == STUCK_JUMPS and (moved < STUCK_SHIFT).all()
-    end = "top" if last["steps"] == TOP_STEP else "stuck" if still else "other"
-    riser = Staircase.fifteen().next_riser(last["y"])
-    return {"step": int(last["steps"]), "to riser": riser - last["y"] - CUBE_EDGE / 2, "end": end}
-
-
-def _replayed(staircase: Staircase, motions: np.ndarray) -> StairWorld:
-    """Return the world after some jumps from the start, at the precision of the environment's actions."""
-    world = StairWorld(staircase)
-    for motion in motions.astype(np.float32).astype(float):
-        world.perform(motion)
-    return world
-
-
 def damage(folder: str | PathLike[str]) -> str | None:
     """Say what is wrong with the folder of a run by its checksums, None if nothing is."""
     folder = Path(folder)
@@ -535,69 +428,3 @@ def _place(found: tuple[dict[str, Any], Path]) -> tuple[int, str, int]:
     """Order runs: the paper's methods first, and by seed."""
     method, seed = found[0]["method"], found[0]["seed"]
     return (ORDER.index(method) if method in ORDER else len(ORDER), method, seed)
-
-
-# Statistics over seeds, which are the last axis.
-
-
-def iqm(values: np.ndarray, axis: int = -1) -> np.ndarray:
-    """Return the interquartile mean: of the middle half of the values."""
-    return trim_mean(values, 0.25, axis=axis)
-
-
-def _mean_difference(x: np.ndarray, y: np.ndarray, axis: int = -1) -> np.ndarray:
-    return x.mean(axis=axis) - y.mean(axis=axis)
-
-
-def _deviation(values: np.ndarray, axis: int = -1) -> np.ndarray:
-    return values.std(axis=axis, ddof=1) if values.shape[axis] > 1 else np.full_like(values.sum(axis=axis), np.nan)
-
-
-def _improvement(x: np.ndarray, y: np.ndarray, axis: int = -1) -> np.ndarray:
-    u = mannwhitneyu(x, y, axis=axis, method="asymptotic").statistic
-    return u / (x.shape[axis] * y.shape[axis])
-
-
-def _highest_mean(curves: np.ndarray, axis: int = -1) -> np.ndarray:
-    """Return the maximum of the mean curve of curves of shape (n_steps, n_seeds)."""
-    return curves.mean(axis=axis).max(axis=0)
-
-
-def _half_step(steps: np.ndarray) -> Callable[..., np.ndarray]:
-    """Return the statistic of curves, shape (n_steps, n_seeds): the step at which their mean has risen half way.
-
-    It is the last step for a mean that never rises.
-    """
-
-    def statistic(curves: np.ndarray, axis: int = -1) -> np.ndarray:
-        mean = curves.mean(axis=axis)
-        first, highest = mean[0], mean.max(axis=0)
-        reached = (mean >= (first + highest) / 2) & (highest > first)
-        reached[-1] = True
-        return steps[reached.argmax(axis=0)].astype(float)  # SciPy takes no quantiles of whole numbers
-
-    return statistic
-
-
-def _interval(statistic: Callable[..., np.ndarray], *samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the percentile bootstrap interval over seeds, NaN with too few of them."""
-    if min(sample.shape[-1] for sample in samples) < FEWEST_SEEDS:
-        nan = np.full(np.shape(statistic(*samples, axis=-1)), np.nan)
-        return nan, nan
-    found = bootstrap(
-        samples,
-        statistic,
-        n_resamples=RESAMPLES,
-        batch=1000,
-        axis=-1,
-        vectorized=True,
-        confidence_level=CONFIDENCE,
-        method="percentile",
-        rng=np.random.default_rng(0),
-    )
-    return found.confidence_interval
-
-
-def _estimate(statistic: Callable[..., np.ndarray], *samples: np.ndarray) -> Estimate:
-    low, high = _interval(statistic, *samples)
-    return Estimate(float(statistic(*samples, axis=-1)), float(low), float(high))

@@ -30,13 +30,14 @@ from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from stairlab._files import write_bytes
-from stairlab._validation import finite_number, one_of, whole_number
+from stairlab._validation import one_of, whole_number
 from stairlab.agents import (
     EVAL_EVERY,
     Training,
     check_budget,
     check_settings,
     count_parameters,
+    greedy_steps,
     make_env,
     package_versions,
     train,
@@ -46,29 +47,22 @@ from stairlab.effects import EffectClasses
 from stairlab.physics import Staircase
 from stairlab.planning import MAX_SIMULATED, Plan, best_return
 from stairlab.prototypes import Prototypes, effect_prototypes, random_prototypes, uniform_prototypes
-from stairlab.results import CHECKSUMS, STUDY_FILE, StudyResults, damage
+from stairlab.results import BEYOND, CHECKSUMS, METHODS, STUDY_FILE, StudyResults, damage
 from stairlab.sampling import sample_motions
 from stairlab.world import StairWorld
 
 FIXED = 5
 """ Prototypes a class for the method "fixed" """
-METHODS = {
-    "effect": "effect-based prototypes (the paper's)",
-    "effect-reliable": "effect-based prototypes from the core of each class",
-    "fixed": "five prototypes a class",
-    "uniform": "a 4 x 4 grid of motions",
-    "random": "ten random motions",
-    "uniform-matched": "a grid of as many motions as effect has",
-    "random-matched": "as many random motions as effect has",
-    "sac": "SAC on the continuous motion space",
-}
-""" What a study of the paper compares """
-BEYOND = {"along-stairs": "at most twenty prototypes found along the stairs (beyond.py)"}
-""" What it can compare besides """
 SETS = METHODS | BEYOND
 POLL_TIME = 1.0
 """ Between two looks at the runs that another process is making [s] """
-QUICK = {"total_timesteps": 2000, "eval_every": 200, "n_samples": 500, "max_simulated": 1000, "learning_starts": 300}
+QUICK: dict[str, Any] = {
+    "total_timesteps": 2000,
+    "eval_every": 200,
+    "n_samples": 500,
+    "max_simulated": 1000,
+    "dqn": {"learning_starts": 300},
+}
 """ Budgets of a quick study: its shape is that of a real one, its numbers say nothing """
 
 
@@ -107,8 +101,7 @@ class Settings:
         check_budget(self.total_timesteps, self.eval_every)
         for name in ("n_samples", "max_simulated"):
             whole_number(name, getattr(self, name), low=1)
-        if self.restitution is not None:
-            finite_number("restitution", self.restitution, low=0, high=1)
+        Staircase(restitution=self.restitution)  # checks it
         for algorithm in ("dqn", "sac"):
             check_settings(algorithm, getattr(self, algorithm))
         if not isinstance(self.quick, bool):
@@ -201,9 +194,7 @@ class Study:
 
         The arguments are those of ``Study``; each of the budgets in ``QUICK`` can be given another value.
         """
-        budgets: dict[str, Any] = {name: value for name, value in QUICK.items() if name != "learning_starts"}
-        dqn = {"learning_starts": QUICK["learning_starts"]}
-        return cls(methods, seeds, out_dir=out_dir, **(budgets | {"dqn": dqn} | settings | {"quick": True}))
+        return cls(methods, seeds, out_dir=out_dir, **(QUICK | settings | {"quick": True}))
 
     def run(self, n_jobs: int = -1, *, progress: bool = True) -> StudyResults:
         """Make the runs that are not there yet, and return all of this study's.
@@ -553,16 +544,11 @@ def _plan_summary(plan: Plan) -> dict[str, Any]:
 def _last_episode(training: Training, motions: Prototypes | None, settings: Settings) -> pd.DataFrame:
     """Play the trained agent's greedy episode: a row for each jump, with the motion, where it ended, and its reward."""
     env = make_env(motions, restitution=settings.restitution)
-    observation, _ = env.reset()
     rows: list[tuple[float, ...]] = []
-    over = False
-    while not over:
-        action, _ = training.model.predict(observation, deterministic=True)
-        observation, reward, terminated, truncated, info = env.step(action)
+    for action, reward, info in greedy_steps(training.model, env):
         magnitude, angle = motions.motions[action] if motions else action
         _, y, z, *_ = env.unwrapped.world.state.tolist()  # type: ignore[attr-defined]
-        rows.append((len(rows) + 1, float(magnitude), float(angle), y, z, info["steps"], float(reward)))
-        over = terminated or truncated
+        rows.append((len(rows) + 1, float(magnitude), float(angle), y, z, info["steps"], reward))
     return pd.DataFrame(rows, columns=["jump", "magnitude", "angle", "y", "z", "steps", "reward"])
 
 
