@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stairlab.agents import Training, count_parameters, load_agent, make_env, play, save_agent, train
+    from stairlab.beyond import along_stairs_prototypes
+    from stairlab.claims import paper_claims
     from stairlab.clustering import (
         HistogramBins,
         KMeans,
@@ -21,12 +23,13 @@ if TYPE_CHECKING:
         silhouette_score,
         silhouette_scores,
     )
+    from stairlab.drawing import alt_text, new_figure, save_figure
     from stairlab.effects import EffectClasses
     from stairlab.envs import DiscreteMotions, UpTheStairs
     from stairlab.fidelity import Fidelity, measure_fidelity
     from stairlab.physics import Staircase, Trajectory
     from stairlab.pipeline import Run, run_pipeline
-    from stairlab.planning import Plan, best_return
+    from stairlab.planning import Plan, best_return, jumps_to_climb, trap_width
     from stairlab.prototypes import (
         Prototypes,
         Reliability,
@@ -36,7 +39,7 @@ if TYPE_CHECKING:
         reliability,
         uniform_prototypes,
     )
-    from stairlab.results import StudyResults, load_published_study
+    from stairlab.results import StudyResults, load_published_study, published_studies
     from stairlab.sampling import Samples, replay_motions, sample_motions
     from stairlab.study import Study
     from stairlab.study_plots import (
@@ -84,11 +87,13 @@ _MODULES = {
         "reliability",
         "uniform_prototypes",
     ),
-    "planning": ("Plan", "best_return"),
+    "planning": ("Plan", "best_return", "jumps_to_climb", "trap_width"),
+    "beyond": ("along_stairs_prototypes",),
     "fidelity": ("Fidelity", "measure_fidelity", "riser_gaps"),
     "envs": ("DiscreteMotions", "UpTheStairs"),
     "agents": ("Training", "count_parameters", "load_agent", "make_env", "play", "save_agent", "train"),
-    "results": ("StudyResults", "load_published_study"),
+    "results": ("StudyResults", "load_published_study", "published_studies"),
+    "claims": ("paper_claims",),
     "study": ("Study",),
     "pipeline": ("Run", "run_pipeline"),
     "report": ("write_report",),
@@ -103,8 +108,8 @@ _MODULES = {
         "plot_reliability",
         "plot_score_curve",
         "plot_world",
-        "save_figure",
     ),
+    "drawing": ("alt_text", "new_figure", "save_figure"),
     "study_plots": (
         "method_style",
         "plot_improvement",
@@ -124,16 +129,16 @@ __all__ = sorted(name for name, module in _HOME.items() if module not in _EXTRA)
 
 def __getattr__(name: str) -> Any:
     """Import a public name, or a module, when it is first used (PEP 562)."""
-    if name in _HOME:
-        try:
-            return getattr(import_module(f"stairlab.{_HOME[name]}"), name)
-        except ModuleNotFoundError as error:
-            if _HOME[name] not in _EXTRA:
-                raise
-            raise ImportError(f"stairlab.{name} needs {error.name}: pip install 'stairlab[rl]'.") from error
-    if name in _MODULES or name in ("plots", "report", "cli"):
+    if name in _MODULES:
         return import_module(f"stairlab.{name}")
-    raise AttributeError(f"module 'stairlab' has no attribute {name!r}")
+    if name not in _HOME:
+        raise AttributeError(f"module 'stairlab' has no attribute {name!r}")
+    try:
+        return getattr(import_module(f"stairlab.{_HOME[name]}"), name)
+    except ModuleNotFoundError as error:
+        if _HOME[name] not in _EXTRA:
+            raise
+        raise ImportError(f"stairlab.{name} needs {error.name}: pip install 'stairlab[rl]'.") from error
 
 
 def __dir__() -> list[str]:

@@ -361,7 +361,8 @@ def _fidelity(options: argparse.Namespace) -> None:
         _check_writable(figure)
     fidelity = measure_fidelity(options.recorded)
     if figure:
-        from stairlab.plots import plot_fidelity, save_figure
+        from stairlab.drawing import save_figure
+        from stairlab.plots import plot_fidelity
 
         save_figure(plot_fidelity(fidelity), figure)
     if options.json:

@@ -12,25 +12,34 @@ Three conventions hold for all of them.
 
 from __future__ import annotations
 
-import base64
-import html
-import io
 import math
-import os
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, FigureBase
-from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
-from stairlab._files import write_bytes
+from stairlab.drawing import (
+    COLORS,
+    CUBE,
+    FAINT,
+    GRID,
+    INK,
+    OFF_MAP,
+    PATH,
+    STAIRS,
+    expect,
+    figure_legend,
+    finish,
+    legend_below,
+    make_axes,
+    marker_handle,
+)
 from stairlab.effects import OFF_THE_MAP, EffectClasses
 from stairlab.fidelity import Fidelity
 from stairlab.physics import CUBE_EDGE, NO_RISER, Staircase
@@ -38,36 +47,11 @@ from stairlab.prototypes import Prototypes
 from stairlab.sampling import Samples
 from stairlab.world import FEATURES, Jump, StairWorld
 
-DPI = 150
-""" Resolution of pictures in files [dots per inch] """
-TIGHT: dict[str, Any] = {"bbox_inches": "tight", "pad_inches": 0.08}
-""" Cut pictures to what is drawn: nothing is clipped, and there is no empty rim """
-INK = "#222222"
-FAINT = "#8a8a8a"
-STAIRS = "#d9d4cc"
-CUBE = "#40c8c0"
-PATH = "#c0392b"
-OFF_MAP = "#c4c4c4"
-COLORS = (
-    "#56B4E9",
-    "#0072B2",
-    "#009E73",
-    "#E69F00",
-    "#D55E00",
-    "#CC79A7",
-    "#332288",
-    "#999933",
-    "#882255",
-    "#000000",
-)
-""" Colours of classes 1 to 10, after Okabe and Ito, and Tol: told apart with any colour vision """
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p")
 """ Markers of classes 1 to 10: told apart without colours """
 LINES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)))
 BIN = 0.02
 """ Width of a bin in the distributions of effects [m] """
-BELOW = 4.4
-""" Distance of a legend below its axes, with room for ticks and label [font sizes] """
 SEEN_AHEAD = 2.5
 """ Where the last tread is longer, this much of it is drawn [m] """
 UNITS = {"magnitude": "N", "angle": "°"}
@@ -87,54 +71,6 @@ class ClassStyle(NamedTuple):
 
     color: str
     marker: str
-
-
-class _Picture(Figure):
-    """A figure that a notebook shows once, with its alternative text (and as a plain picture after ``%matplotlib inline`` too)."""
-
-    def _repr_html_(self) -> str:
-        data = png(self)
-        width = int.from_bytes(data[16:20], "big") * 90 // DPI  # where a PNG file has its width
-        return (
-            f'<img alt="{html.escape(alt_text(self))}" width="{width}" style="max-width:100%;height:auto" '
-            f'src="data:image/png;base64,{base64.b64encode(data).decode()}">'
-        )
-
-
-def png(figure: Figure, dpi: int = DPI) -> bytes:
-    """Return a figure as a PNG file's bytes; equal figures give equal bytes."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None}, **TIGHT)
-    return buffer.getvalue()
-
-
-def save_figure(figure: Figure, path: str | os.PathLike[str], dpi: int = DPI) -> None:
-    """Write a figure to a file, in the format that its name ends in (.png, .svg, .pdf); it appears whole or not at all.
-
-    Raises
-    ------
-    ValueError
-        If matplotlib knows no such format.
-    """
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format=Path(path).suffix[1:] or "png", dpi=dpi, **TIGHT)
-    write_bytes(path, buffer.getvalue())
-
-
-def alt_text(figure: Figure) -> str:
-    """Return what a figure of this module shows, in words, for those who cannot see it.
-
-    Raises
-    ------
-    ValueError
-        If the figure was not drawn by this module.
-    """
-    text = getattr(figure, "stairlab_alt", "")
-    if not text:
-        raise ValueError(
-            "figure must be one that a function of stairlab.plots has drawn; this one has no alternative text."
-        )
-    return text
 
 
 def class_style(number: int) -> ClassStyle:
@@ -159,7 +95,7 @@ def class_glosses(classes: EffectClasses, rise: float = Staircase.rise) -> dict[
         By class number: the heights that at least 5 % of the class gained, and the mean dy [m] where that does not tell two
         classes apart. Empty words where the samples are not of the stairs.
     """
-    samples = _expect("classes", classes, EffectClasses).samples
+    samples = expect("classes", classes, EffectClasses).samples
     if samples.feature_names != FEATURES:
         return dict.fromkeys(classes.numbers, "")
     dy, dz = samples.effect("dy", "dz").T
@@ -203,9 +139,9 @@ def plot_world(world_or_jump: StairWorld | Jump, staircase: Staircase | None = N
     -------
     matplotlib Figure
     """
-    shown = _expect("world_or_jump", world_or_jump, (StairWorld, Jump))
+    shown = expect("world_or_jump", world_or_jump, (StairWorld, Jump))
     stairs = shown.staircase if isinstance(shown, StairWorld) else staircase or Staircase()
-    (ax,) = _axes(ax, 1, (7.6, 5.0))
+    (ax,) = make_axes(ax, 1, (7.6, 5.0))
     states = [shown.state] if isinstance(shown, StairWorld) else [shown.start, shown.end]
     top = max(stairs.top + 0.35, *(float(state[2]) + 0.2 for state in states))
     if isinstance(shown, Jump) and shown.trajectory is not None:
@@ -214,12 +150,12 @@ def plot_world(world_or_jump: StairWorld | Jump, staircase: Staircase | None = N
     if isinstance(shown, StairWorld):
         draw_cube(ax, *pose(states[0]))
         _draw_d_obs(ax, states[0])
-        return _finish(ax, f"Side view of {stairs.n_steps} steps and the cube at {_place(states[0])}.")
+        return finish(ax, f"Side view of {stairs.n_steps} steps and the cube at {_place(states[0])}.")
     _draw_jump(ax, shown)
     motion = f"{shown.magnitude:.0f} N at {shown.angle:.0f}°"
     effect = f"Δy = {shown.dy:+.2f} m, Δz = {shown.dz:+.2f} m"
     ax.set_title(f"motion: {motion}        effect: {effect}", fontsize=10, loc="left")
-    return _finish(
+    return finish(
         ax,
         f"Side view of {stairs.n_steps} steps. The cube starts at {_place(states[0])}, is pushed with {motion}, and comes to rest at "
         f"{_place(states[1])}: {effect}.",
@@ -319,10 +255,10 @@ def plot_effect_classes(classes: EffectClasses, ax: Axes | None = None) -> Figur
     -------
     matplotlib Figure
     """
-    (panel,) = _axes(ax, 1, (7.6, 5.0))
-    _scatter(panel, _expect("classes", classes, EffectClasses))
+    (panel,) = make_axes(ax, 1, (7.6, 5.0))
+    _scatter(panel, expect("classes", classes, EffectClasses))
     _class_legend(panel, classes)
-    return _finish(panel, _describe_classes(classes))
+    return finish(panel, _describe_classes(classes))
 
 
 def plot_feature_comparison(
@@ -342,13 +278,13 @@ def plot_feature_comparison(
     matplotlib Figure
     """
     pair = {"classes_yz": classes_yz, "classes_xyz": classes_xyz}
-    panels = _axes(axes, 2, (10.0, 5.2), columns=2)
+    panels = make_axes(axes, 2, (10.0, 5.2), columns=2)
     for panel, letter, (name, classes) in zip(panels, "ab", pair.items(), strict=True):
-        _scatter(panel, _expect(name, classes, EffectClasses))
+        _scatter(panel, expect(name, classes, EffectClasses))
         features = ", ".join(feature.removeprefix("d") for feature in classes.features)
         panel.set_title(f"({letter}) clustered on ({features}): {classes.n_classes} classes", fontsize=10)
         _class_legend(panel, classes, below=True)
-    return _finish(panels[0], f"Two panels. (a) {_describe_classes(classes_yz)} (b) {_describe_classes(classes_xyz)}")
+    return finish(panels[0], f"Two panels. (a) {_describe_classes(classes_yz)} (b) {_describe_classes(classes_xyz)}")
 
 
 def _scatter(ax: Axes, classes: EffectClasses, size: float = 13, alpha: float = 0.85) -> None:
@@ -375,28 +311,20 @@ def _motion_axes(ax: Axes, names: Sequence[str]) -> None:
 
 
 def _class_legend(ax: Axes, classes: EffectClasses, below: bool = False) -> None:
-    where: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5)}
+    handles = _class_handles(classes, off_map=True)
     if below:
-        where = {"loc": "upper center", "bbox_to_anchor": (0.5, 0), "borderaxespad": BELOW, "ncols": 2}
-    ax.legend(handles=_class_handles(classes, off_map=True), frameon=False, fontsize=9, handletextpad=0.2, **where)
+        legend_below(ax, handles=handles, handletextpad=0.2, ncols=2)
+    else:
+        beside: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5)}
+        ax.legend(handles=handles, frameon=False, fontsize=9, handletextpad=0.2, **beside)
 
 
 def _class_handles(classes: EffectClasses, off_map: bool = False) -> list[Line2D]:
-    handles = [_handle(*class_style(n), f"{name} ({classes.sizes[n - 1]})") for n, name in class_names(classes).items()]
+    handles = [
+        marker_handle(*class_style(n), f"{name} ({classes.sizes[n - 1]})") for n, name in class_names(classes).items()
+    ]
     missing = int((classes.labels == OFF_THE_MAP).sum())
-    return [*handles, _handle(OFF_MAP, ".", f"off the map ({missing})")] if off_map and missing else handles
-
-
-def _figure_legend(ax: Axes, handles: list[Line2D], where: str, ncols: int) -> None:
-    """Draw one legend for the whole figure: outside the panels where the figure's layout makes room for it."""
-    makes_room = isinstance(ax.figure.figure.get_layout_engine(), ConstrainedLayoutEngine)
-    place: dict[str, Any] = {"loc": f"outside {where}" if makes_room else where}
-    ax.figure.legend(handles=handles, ncols=ncols, frameon=False, fontsize=9, handletextpad=0.2, **place)
-
-
-def _handle(color: str, marker: str, words: str, **style: Any) -> Line2D:
-    drawn = {"markersize": 7, "markeredgewidth": 0} | style
-    return Line2D([], [], linestyle="none", color=color, marker=marker, label=words, **drawn)
+    return [*handles, marker_handle(OFF_MAP, ".", f"off the map ({missing})")] if off_map and missing else handles
 
 
 def _describe_classes(classes: EffectClasses) -> str:
@@ -444,10 +372,10 @@ def plot_prototypes(
     matplotlib Figure
     """
     named = _named_sets(sets)
-    _expect("classes", classes, EffectClasses)
+    expect("classes", classes, EffectClasses)
     columns = 1 if len(named) == 1 else 2
     rows = math.ceil(len(named) / columns)
-    panels = _axes(axes, len(named), (5.0 * columns, 3.6 * rows + 0.7), columns=columns)
+    panels = make_axes(axes, len(named), (5.0 * columns, 3.6 * rows + 0.7), columns=columns)
     for i, (panel, (title, prototypes)) in enumerate(zip(panels, named.items(), strict=True)):
         _scatter(panel, classes, size=7, alpha=0.28)
         _draw_prototypes(panel, prototypes)
@@ -456,25 +384,27 @@ def plot_prototypes(
     handles = _class_handles(classes)
     if any(prototypes.classes is None for prototypes in named.values()):
         handles.append(
-            _handle("white", "h", "prototype without a class", markeredgecolor=INK, markeredgewidth=1.1, markersize=9)
+            marker_handle(
+                "white", "h", "prototype without a class", markeredgecolor=INK, markeredgewidth=1.1, markersize=9
+            )
         )
-    _figure_legend(panels[0], handles, "lower center", ncols=4)
+    figure_legend(panels[0], handles, "lower center", ncols=4)
     words = "; ".join(f"{title}, {_describe_set(prototypes)}" for title, prototypes in named.items())
-    return _finish(panels[0], f"Sets of prototypes in motion space, over the faint samples: {words}.")
+    return finish(panels[0], f"Sets of prototypes in motion space, over the faint samples: {words}.")
 
 
 def _named_sets(sets: Any) -> dict[str, Prototypes]:
     if isinstance(sets, Prototypes):
         sets = [sets]
     if not isinstance(sets, Mapping):
-        sets = {f"{i}": one for i, one in enumerate(_expect("sets", sets, Iterable))}
-        named = {_set_name(_expect("sets", one, Prototypes)): one for one in sets.values()}
+        sets = {f"{i}": one for i, one in enumerate(expect("sets", sets, Iterable))}
+        named = {_set_name(expect("sets", one, Prototypes)): one for one in sets.values()}
         sets = (
             named if len(named) == len(sets) else {f"{one.method} {i}": one for i, one in enumerate(sets.values(), 1)}
         )
     if not sets:
         raise ValueError("sets must hold at least one set of prototypes, but it is empty.")
-    return {str(title): _expect("sets", one, Prototypes) for title, one in sets.items()}
+    return {str(title): expect("sets", one, Prototypes) for title, one in sets.items()}
 
 
 def _set_name(prototypes: Prototypes) -> str:
@@ -528,9 +458,9 @@ def plot_prototype_trajectories(
     -------
     matplotlib Figure
     """
-    _expect("world", world, StairWorld)
-    _expect("classes", classes, EffectClasses)
-    if _expect("prototypes", prototypes, Prototypes).classes is None:
+    expect("world", world, StairWorld)
+    expect("classes", classes, EffectClasses)
+    if expect("prototypes", prototypes, Prototypes).classes is None:
         raise ValueError(f"prototypes must have classes, but this set ({prototypes.method}) has none.")
     numbers = _climbing_classes(classes) if numbers is None else list(numbers)
     if not numbers or not set(numbers) <= set(classes.numbers):
@@ -543,23 +473,16 @@ def plot_prototype_trajectories(
     )
     shrink = min(1.0, 5.2 / height)
     size = ((width * shrink + 0.4) * len(numbers), height * shrink + legend)
-    panels = _axes(axes, len(numbers), size, columns=len(numbers))
+    panels = make_axes(axes, len(numbers), size, columns=len(numbers))
     names, words = class_names(classes), []
     for i, (panel, number) in enumerate(zip(panels, numbers, strict=True)):
         draw_stairs(panel, world.staircase, top, 0.0)
         reached = [_draw_prototype_jump(panel, j, *made, number, classes) for j, made in enumerate(jumps[number])]
         panel.set_title(f"{f'({chr(97 + i)}) ' if len(numbers) > 1 else ''}{names[number]}", fontsize=10)
         if reached:
-            panel.legend(
-                loc="upper center",
-                bbox_to_anchor=(0.5, 0),
-                borderaxespad=BELOW,
-                fontsize=9,
-                frameon=False,
-                handlelength=2.8,
-            )
+            legend_below(panel, handlelength=2.8)
         words.append(f"C{number}: {'; '.join(reached) or 'no prototype'}")
-    return _finish(panels[0], f"Side view of the stairs with the paths of prototypes. {'. '.join(words)}.")
+    return finish(panels[0], f"Side view of the stairs with the paths of prototypes. {'. '.join(words)}.")
 
 
 def _climbing_classes(classes: EffectClasses) -> list[int]:
@@ -613,8 +536,8 @@ def plot_effect_distributions(samples: Samples, axes: Sequence[Axes] | None = No
     -------
     matplotlib Figure
     """
-    dy, dz = _expect("samples", samples, Samples).on_the_map().effect("dy", "dz").T
-    panels = _axes(axes, 2, (10.0, 3.9), columns=2)
+    dy, dz = expect("samples", samples, Samples).on_the_map().effect("dy", "dz").T
+    panels = make_axes(axes, 2, (10.0, 3.9), columns=2)
     for panel, values, name, letter, kind in zip(panels, (dy, dz), "yz", "ab", ("continuous", "discrete"), strict=True):
         bins = np.arange(math.floor(values.min() / BIN) - 1, math.ceil(values.max() / BIN) + 2) * BIN - BIN / 2
         heights, edges = np.histogram(values, bins)
@@ -628,7 +551,7 @@ def plot_effect_distributions(samples: Samples, axes: Sequence[Axes] | None = No
     for level, count in zip(levels, counts, strict=True):
         panels[1].annotate(f"{count}", (level, count), (0, 3), textcoords="offset points", ha="center", fontsize=9)
     words = ", ".join(f"{count} at {level:.1f} m" for level, count in zip(levels, counts, strict=True))
-    return _finish(
+    return finish(
         panels[0],
         f"Two histograms of {len(dy)} jumps. (a) The distance gained, Δy, is spread from {dy.min():.2f} to {dy.max():.2f} m. "
         f"(b) The height gained, Δz, gathers at separate levels: {words}.",
@@ -656,7 +579,7 @@ def plot_score_curve(
     """
     curves = dict(classes) if isinstance(classes, Mapping) else {"": classes}
     for name, one in curves.items():
-        if _expect("classes", one, EffectClasses).scores.empty:
+        if expect("classes", one, EffectClasses).scores.empty:
             raise ValueError(
                 f"classes must come from K-Means; those on {', '.join(one.features)} {name} are histogram bins."
             )
@@ -665,7 +588,7 @@ def plot_score_curve(
     used = [
         c for c in ("silhouette", "davies-bouldin") if any(one.settings["criterion"] == c for one in curves.values())
     ]
-    panels = dict(zip(used, _axes(axes, len(used), (5.0 * len(used) + 1.0, 4.0), columns=len(used)), strict=True))
+    panels = dict(zip(used, make_axes(axes, len(used), (5.0 * len(used) + 1.0, 4.0), columns=len(used)), strict=True))
     words = []
     for place, (name, one) in enumerate(curves.items()):
         _draw_curve(panels[one.settings["criterion"]], place, name, one)
@@ -679,10 +602,10 @@ def plot_score_curve(
         panel.set(xlabel="number of classes k", ylabel=better[criterion])
         panel.xaxis.set_major_locator(MaxNLocator(integer=True))
         panel.margins(x=0.1, y=0.14)
-        panel.grid(axis="y", color="#e5e5e5", zorder=0)
+        panel.grid(axis="y", color=GRID, zorder=0)
         panel.spines[["top", "right"]].set_visible(False)
-        panel.legend(fontsize=9, frameon=False, loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=BELOW)
-    return _finish(
+        legend_below(panel)
+    return finish(
         next(iter(panels.values())), f"Score by number of classes, the chosen one ringed. {'. '.join(words)}."
     )
 
@@ -718,7 +641,7 @@ def plot_prototype_counts(counts: pd.DataFrame, axes: Sequence[Axes] | None = No
     needed = ("mean", "std", "cv", "weight", "xi")
     if not isinstance(counts, pd.DataFrame) or not set(needed) <= set(counts.columns):
         raise TypeError(f"counts must be a table with the columns {', '.join(needed)}, as prototype_counts returns it.")
-    left, right = _axes(axes, 2, (10.0, 4.0), columns=2)
+    left, right = make_axes(axes, 2, (10.0, 4.0), columns=2)
     x = np.arange(len(counts))
     shown = {"mean": "normalised mean $\\mu$", "std": "normalised spread $\\sigma$", "cv": "cv = $\\sigma/\\mu$"}
     fills = (("#bdbdbd", ""), ("#6b6b6b", ""), ("white", "////"))
@@ -754,7 +677,7 @@ def plot_prototype_counts(counts: pd.DataFrame, axes: Sequence[Axes] | None = No
         f"C{n}: mean {r['mean']:.3f}, spread {r['std']:.3f}, cv {r['cv']:.2f}, xi {r['xi']:.0f}"
         for n, r in counts.iterrows()
     )
-    return _finish(left, f"Two bar charts by effect class. {rows}.")
+    return finish(left, f"Two bar charts by effect class. {rows}.")
 
 
 def plot_reliability(table: pd.DataFrame, ax: Axes | None = None) -> Figure:
@@ -784,7 +707,7 @@ def plot_reliability(table: pd.DataFrame, ax: Axes | None = None) -> Figure:
         "under noise": ("ends in its own class, under noise", "D", COLORS[4]),
     }
     methods = list(dict.fromkeys(table["method"]))
-    (ax,) = _axes(ax, 1, (8.0, 1.5 + 0.42 * len(methods)))
+    (ax,) = make_axes(ax, 1, (8.0, 1.5 + 0.42 * len(methods)))
     words = []
     for row, method in enumerate(methods):
         rows = table[table["method"] == method]
@@ -815,13 +738,13 @@ def plot_reliability(table: pd.DataFrame, ax: Axes | None = None) -> Figure:
         xlabel="share of a set's prototypes, or of its noisy replays [%]",
     )
     ax.xaxis.set_major_formatter(PercentFormatter(1, symbol=""))
-    ax.grid(axis="x", color="#e5e5e5", zorder=0)
+    ax.grid(axis="x", color=GRID, zorder=0)
     ax.spines[["top", "right", "left"]].set_visible(False)
     ax.tick_params(axis="y", length=0)
-    handles = [_handle(color, m, label, markersize=11 if m == "|" else 8, markeredgewidth=2 if m == "|" else 0.5)
+    handles = [marker_handle(color, m, label, markersize=11 if m == "|" else 8, markeredgewidth=2 if m == "|" else 0.5)
                for column, (label, m, color) in shown.items() if column in table]  # fmt: skip
-    _figure_legend(ax, handles, "upper center", ncols=3)
-    return _finish(ax, f"Reliability of sets of prototypes. {'; '.join(words)}.")
+    figure_legend(ax, handles, "upper center", ncols=3)
+    return finish(ax, f"Reliability of sets of prototypes. {'; '.join(words)}.")
 
 
 # How faithful the world is
@@ -841,8 +764,8 @@ def plot_fidelity(fidelity: Fidelity, axes: Sequence[Axes] | None = None) -> Fig
     -------
     matplotlib Figure
     """
-    _expect("fidelity", fidelity, Fidelity)
-    left, right = _axes(axes, 2, (10.0, 4.3), columns=2)
+    expect("fidelity", fidelity, Fidelity)
+    left, right = make_axes(axes, 2, (10.0, 4.3), columns=2)
     _draw_confusion(left, fidelity.confusion)
     left.set_title(
         f"(a) same outcome: {100 * fidelity.agreement:.2f} ± {100 * fidelity.agreement_se:.2f} % of {fidelity.n} jumps",
@@ -864,10 +787,10 @@ def plot_fidelity(fidelity: Fidelity, axes: Sequence[Axes] | None = None) -> Fig
     right.yaxis.set_major_formatter(PercentFormatter(1, symbol=""))
     right.set_xticks([0.01, 0.1, 1, 10, 100], ["≤ 0.01", "0.1", "1", "10", "100"])
     right.set_title(f"(b) gaps: Kolmogorov-Smirnov distance {fidelity.gap_ks:.3f}", fontsize=10)
-    right.grid(color="#e5e5e5")
+    right.grid(color=GRID)
     right.spines[["top", "right"]].set_visible(False)
     right.legend(frameon=False, loc="upper left")
-    return _finish(
+    return finish(
         left,
         f"(a) Table of recorded against replayed outcomes: {100 * fidelity.agreement:.2f} % of {fidelity.n} jumps have the same. "
         "(b) Cumulative distributions of the gap to the next riser, recorded and replayed: they differ by "
@@ -889,37 +812,3 @@ def _draw_confusion(ax: Axes, confusion: pd.DataFrame) -> None:
     ax.set(xlabel="replayed outcome [jumps]", ylabel="recorded outcome [jumps]")
     ax.tick_params(length=0)
     ax.spines[:].set_visible(False)
-
-
-# What all of them use
-
-
-def _expect(name: str, value: Any, kind: Any) -> Any:
-    if not isinstance(value, kind):
-        wanted = " or ".join(one.__name__ for one in (kind if isinstance(kind, tuple) else (kind,)))
-        raise TypeError(f"{name} must be {wanted}, not {type(value).__name__}.")
-    return value
-
-
-def _axes(given: Any, count: int, size: tuple[float, float], columns: int = 1) -> list[Axes]:
-    """Return ``count`` axes: those given, or those of a new figure; unused places of its grid stay empty."""
-    if given is not None:
-        panels = [given] if isinstance(given, Axes) else list(np.ravel(given))
-        if len(panels) != count or not all(isinstance(panel, Axes) for panel in panels):
-            raise ValueError(f"axes must be {count} matplotlib Axes, one for each panel, not {given!r}.")
-        return panels
-    figure = _Picture(figsize=size, layout="constrained")
-    grid = figure.subplots(math.ceil(count / columns), columns, squeeze=False).ravel()
-    for unused in grid[count:]:
-        unused.remove()
-    return list(grid[:count])
-
-
-def _finish(ax: Axes, alt: str) -> Figure:
-    """Return the figure that ``ax`` is part of, with its alternative text."""
-    figure: FigureBase = ax.figure
-    while not isinstance(figure, Figure):  # a SubFigure
-        figure = figure.figure
-    before = getattr(figure, "stairlab_alt", "")
-    setattr(figure, "stairlab_alt", f"{before} {alt}".strip())  # noqa: B010
-    return figure

@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from matplotlib.markers import MarkerStyle
 from tqdm import tqdm
 
-from stairlab import plots
+from stairlab import drawing, plots
 from stairlab._files import write_bytes, write_whole
 from stairlab.effects import EffectClasses
 from stairlab.physics import CUBE_EDGE, CUBE_MASS, PUSH_STEPS, TIME_STEP
@@ -129,7 +129,7 @@ def _write(run: Run, pictures: dict[str, Picture], path: str | PathLike[str]) ->
 def draw_figures(figures: dict[str, Callable[[], Figure]], progress: bool = False) -> dict[str, Picture]:
     """Draw the figures of a report."""
     bar = tqdm(figures.items(), desc="figures", disable=not progress, leave=False, delay=0.5)
-    return {name: Picture(plots.png(figure), plots.alt_text(figure)) for name, draw in bar for figure in [draw()]}
+    return {name: Picture(drawing.png(figure), drawing.alt_text(figure)) for name, draw in bar for figure in [draw()]}
 
 
 def save_pictures(pictures: dict[str, Picture], folder: Path) -> list[Path]:

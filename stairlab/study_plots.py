@@ -18,12 +18,25 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator, PercentFormatter
+from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullLocator, PercentFormatter
 
 from stairlab._validation import one_of
+from stairlab.drawing import (
+    COLORS,
+    FAINT,
+    GRID,
+    INK,
+    PATH,
+    expect,
+    figure_legend,
+    finish,
+    legend_below,
+    make_axes,
+    marker_handle,
+)
+from stairlab.estimates import Estimate
 from stairlab.planning import GAPS
-from stairlab.plots import BELOW, COLORS, FAINT, INK, PATH, _axes, _expect, _figure_legend, _finish, _handle
-from stairlab.results import TOP_STEP, Estimate, StudyResults
+from stairlab.results import TOP_STEP, StudyResults
 
 QUICK_BANNER = "QUICK STUDY: small budgets, the numbers say nothing"
 LEARNING_STARTS = 3000
@@ -32,6 +45,9 @@ BLUE, GREEN = COLORS[1], COLORS[2]
 CROWD = 4
 """ Bands of more methods than this, over each other, cannot be read """
 PANELS_IN_A_ROW = 4
+ENDLESS = 2000 * GAPS[-1]
+""" Where sets stand of which no motion climbs from any gap [mm] """
+NO_WAY_UP = "no jump\ngets up"
 RETURN = "greedy return [reward]"
 STEPS = "samples and training steps [jumps]"
 END_LOOKS: dict[str, dict[str, Any]] = {
@@ -102,8 +118,8 @@ def plot_learning_curves(
     so many bands over each other cannot be read.
 
     Each curve begins after the samples that its set was made from. Figure 4 (a) has the methods effect, uniform and random,
-    (b) has sac and effect. The blue line is where DQN begins to learn, the red one the same after the samples of the effect-based
-    sets, the green one the highest return that any seed of SAC had in an evaluation.
+    (b) has sac and effect. The blue line is where DQN begins to learn with the sets that are made without samples, the red one the
+    same after the samples of the effect-based sets, the green one the highest return that any seed of SAC had in an evaluation.
 
     Parameters
     ----------
@@ -119,7 +135,7 @@ def plot_learning_curves(
     matplotlib Figure
     """
     chosen = _chosen(results, methods)
-    (panel,) = _axes(ax, 1, (8.0, 5.0 + 0.1 * len(chosen)))
+    (panel,) = make_axes(ax, 1, (8.0, 5.0 + 0.1 * len(chosen)))
     words = [_draw_mean(panel, results, method, place, len(chosen)) for place, method in enumerate(chosen)]
     words += _draw_starts(panel, results, chosen)
     if "sac" in results.methods:
@@ -133,15 +149,7 @@ def plot_learning_curves(
     _tidy(panel)
     if len(chosen) > CROWD:
         _draw_spreads(panel, results, chosen)
-    panel.legend(
-        loc="upper center",
-        bbox_to_anchor=(0.5, 0),
-        borderaxespad=BELOW,
-        ncols=3,
-        frameon=False,
-        fontsize=9,
-        handlelength=3.2,
-    )
+    legend_below(panel, ncols=3, handlelength=3.2)
     return _done([panel], results, f"Mean greedy return against training steps. {'; '.join(words)}.")
 
 
@@ -175,13 +183,14 @@ def _draw_spreads(ax: Axes, results: StudyResults, methods: Sequence[str]) -> No
 
 
 def _draw_starts(ax: Axes, results: StudyResults, methods: Sequence[str]) -> list[str]:
-    """Draw where DQN begins to learn: as it is, and after the samples of the effect-based sets."""
-    if set(methods) <= {"sac"}:
-        return []
+    """Draw where the DQNs among these methods begin to learn: at once, or after the samples of their sets."""
     starts = int(results.description["settings"].get("dqn", {}).get("learning_starts", LEARNING_STARTS))
-    lines = [(starts, BLUE, "blue", f"DQN begins to learn: {starts:,}")]
-    for shift in sorted({results.shift(method) for method in methods} - {0}):
-        lines.append((starts + shift, PATH, "red", f"DQN begins after {shift:,} samples: {starts + shift:,}"))
+    lines = []
+    for shift in sorted({results.shift(method) for method in methods if method != "sac"}):
+        if shift:
+            lines.append((starts + shift, PATH, "red", f"DQN begins after {shift:,} samples: {starts + shift:,}"))
+        else:
+            lines.append((starts, BLUE, "blue", f"DQN begins to learn: {starts:,}"))
     for x, color, _, label in lines:
         ax.axvline(x, color=color, linestyle="--", linewidth=1.4, zorder=2, label=label)
     return [f"a {name} line at {x:,}: {label.partition(':')[0]}" for x, _, name, label in lines]
@@ -222,7 +231,7 @@ def plot_learning_certainty(
     if any(_best_returns(results, method).size for method in chosen):
         allowed = "best return found by search, a lower bound (mean)"
         handles.append(Line2D([], [], color=INK, linestyle=":", linewidth=1.8, label=allowed))
-    _legend_below(panels[0], handles, ncols=4 if len(chosen) > 2 else 2)
+    _shared_legend(panels[0], handles, ncols=4 if len(chosen) > 2 else 2)
     words = "; ".join(text for _, text in drawn)
     return _done(panels, results, f"Interquartile mean of the greedy return against training steps. {words}.")
 
@@ -261,7 +270,7 @@ def plot_study_scores(results: StudyResults, ax: Axes | None = None) -> Figure:
     matplotlib Figure
     """
     methods = _chosen(results, None)
-    (panel,) = _axes(ax, 1, (8.0, 1.9 + 0.56 * len(methods)))
+    (panel,) = make_axes(ax, 1, (8.0, 1.9 + 0.56 * len(methods)))
     estimates = [results.iqm_score(method) for method in methods]
     words = []
     for row, (method, estimate) in enumerate(zip(methods, estimates, strict=True)):
@@ -279,14 +288,14 @@ def plot_study_scores(results: StudyResults, ax: Axes | None = None) -> Figure:
     _rows(panel, names, "score: mean greedy return of the last evaluations [reward]")
     panel.margins(x=0.03)
     handles = [
-        _handle(INK, "o", "a seed's score", markersize=5, alpha=0.6),
-        _handle(INK, "o", f"interquartile mean over seeds{_with_interval(estimates)}", markersize=9),
+        marker_handle(INK, "o", "a seed's score", markersize=5, alpha=0.6),
+        marker_handle(INK, "o", f"interquartile mean over seeds{_with_interval(estimates)}", markersize=9),
     ]
     if any(_best_returns(results, method).size for method in methods):
         words_for_bound = "best return found by search for a seed's set (lower bound)"
-        handles.append(_handle(FAINT, "|", words_for_bound, markersize=8, markeredgewidth=1))
-        handles.append(_handle(INK, "v", "mean of these", **_OPEN))
-    _legend_below(panel, handles, ncols=2)
+        handles.append(marker_handle(FAINT, "|", words_for_bound, markersize=8, markeredgewidth=1))
+        handles.append(marker_handle(INK, "v", "mean of these", **_OPEN))
+    _shared_legend(panel, handles, ncols=2)
     return _done([panel], results, f"Scores by method, interquartile mean over seeds. {'; '.join(words)}.")
 
 
@@ -311,7 +320,7 @@ def plot_improvement(results: StudyResults, method: str = "effect", ax: Axes | N
     others = [name for name in methods if name != method]
     if not others:
         raise ValueError(f"results must hold a method to compare {method!r} with, but it is the only one.")
-    (panel,) = _axes(ax, 1, (8.0, 1.4 + 0.5 * len(others)))
+    (panel,) = make_axes(ax, 1, (8.0, 1.4 + 0.5 * len(others)))
     estimates = [results.probability_of_improvement(method, name) for name in others]
     for row, (name, estimate) in enumerate(zip(others, estimates, strict=True)):
         _draw_estimate(panel, row, estimate, method_style(name, methods))
@@ -368,7 +377,7 @@ def plot_last_episodes(
         panel.yaxis.set_major_locator(MaxNLocator(integer=True, nbins=5))
     _label_outside(panels, "the last jump ends on step [number]", "seeds [count]", own=axes is None)
     handles: list[Any] = [Patch(edgecolor=INK, linewidth=0.6, **look) for look in END_LOOKS.values()]
-    _legend_below(panels[0], handles, ncols=3 if len(chosen) > 1 else 1)
+    _shared_legend(panels[0], handles, ncols=3 if len(chosen) > 1 else 1)
     return _done(panels, results, f"Where the last greedy episodes end. {'; '.join(words)}.")
 
 
@@ -389,10 +398,12 @@ def _draw_ends(ax: Axes, ends: pd.DataFrame, label: str) -> str:
 def plot_traps(results: StudyResults, ax: Axes | None = None) -> Figure:
     """Draw the score of each run against the width of its set's trap: the gap to a riser below which no motion of the set climbs.
 
+    Sets of which no motion climbs from any gap have a trap without end. They stand apart at the right edge, behind a line.
+
     Parameters
     ----------
     results : StudyResults
-        The study; methods without a set of motions are left out.
+        The study, with a set of motions at least; methods without sets are left out.
     ax : matplotlib Axes, optional
         Where to draw; a new figure by default.
 
@@ -402,16 +413,18 @@ def plot_traps(results: StudyResults, ax: Axes | None = None) -> Figure:
     """
     methods = _chosen(results, None)
     traps = results.traps()
-    (panel,) = _axes(ax, 1, (8.0, 5.0))
+    if traps.empty:
+        raise ValueError(f"results must hold sets of motions, but {', '.join(methods)} has none.")
+    (panel,) = make_axes(ax, 1, (8.0, 5.0))
     words, handles = [], []
     for method in [name for name in methods if name in set(traps["method"])]:
         look, rows = method_style(method, methods), traps[traps["method"] == method]
-        width = 1000 * rows["trap"].clip(GAPS[0], 2 * GAPS[-1]).to_numpy()
-        nudged = width * 1.06 ** _jitter(len(width))  # equal sets have equal traps
+        width = 1000 * rows["trap"].clip(GAPS[0]).to_numpy()
+        nudged = width.clip(max=ENDLESS) * 1.06 ** _jitter(len(width))  # equal sets have equal traps
         panel.plot(nudged, rows["score"], look.marker, color=look.color, markersize=_size(look, 6), alpha=0.75,
                    markeredgecolor="white", markeredgewidth=0.5)  # fmt: skip
-        handles.append(_handle(look.color, look.marker, look.label, markersize=_size(look, 7)))
-        words.append(f"{look.label}: median trap {np.median(width):.0f} mm, mean score {rows['score'].mean():.1f}")
+        handles.append(marker_handle(look.color, look.marker, look.label, markersize=_size(look, 7)))
+        words.append(f"{look.label}: {_trap_words(width)}, mean score {rows['score'].mean():.1f}")
     panel.set(
         xscale="log",
         ylabel="score [reward]",
@@ -420,11 +433,30 @@ def plot_traps(results: StudyResults, ax: Axes | None = None) -> Figure:
     panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     panel.xaxis.set_major_formatter("{x:g}")
     panel.xaxis.set_minor_locator(NullLocator())
+    if np.isinf(traps["trap"]).any():
+        _draw_endless(panel)
     panel.set_axisbelow(True)
-    panel.grid(color="#e5e5e5")
+    panel.grid(color=GRID)
     panel.spines[["top", "right"]].set_visible(False)
-    _legend_below(panel, handles, ncols=min(len(handles), 4))
+    _shared_legend(panel, handles, ncols=min(len(handles), 4))
     return _done([panel], results, f"Score against the width of the trap. {'; '.join(words)}.")
+
+
+def _draw_endless(ax: Axes) -> None:
+    """Set the place of sets that never climb apart from the scale, at its right edge."""
+    ax.axvline(ENDLESS / 2**0.5, color=INK, linestyle=":", linewidth=1.2)
+    ax.set_xlim(min(ax.get_xlim()[0], ENDLESS / 6), 1.25 * ENDLESS)  # some of the scale can always be seen
+    ticks = [tick for tick in ax.get_xticks() if tick <= 1000 * GAPS[-1]]
+    ax.xaxis.set_major_locator(FixedLocator([*ticks, ENDLESS]))
+    ax.xaxis.set_major_formatter(lambda x, _: f"{x:g}" if x < ENDLESS else NO_WAY_UP)
+
+
+def _trap_words(width: np.ndarray) -> str:
+    median, endless = np.median(width), int(np.isinf(width).sum())
+    words = [f"median trap {median:.0f} mm"] if np.isfinite(median) else []
+    if endless:
+        words.append(f"with {endless} of {len(width)} sets {' '.join(NO_WAY_UP.split())}")
+    return ", ".join(words)
 
 
 # What all of them use
@@ -435,10 +467,10 @@ _OPEN: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": INK, "mar
 
 def _chosen(results: StudyResults, methods: str | Sequence[str] | None) -> list[str]:
     """Return the methods to draw, each once."""
-    study = _expect("results", results, StudyResults).methods
+    study = expect("results", results, StudyResults).methods
     if methods is None:
         return study
-    given = [methods] if isinstance(methods, str) else list(_expect("methods", methods, Iterable))
+    given = [methods] if isinstance(methods, str) else list(expect("methods", methods, Iterable))
     if not given:
         raise ValueError(f"methods must name at least one of {', '.join(map(repr, study))}, but it is empty.")
     return list(dict.fromkeys(one_of("a method", name, study) for name in given))
@@ -496,9 +528,9 @@ def _rows(ax: Axes, names: Sequence[str], xlabel: str) -> None:
     ax.set_yticks(range(len(names)), names)
     ax.set(ylim=(len(names) - 0.45, -0.55), xlabel=xlabel)
     ax.set_axisbelow(True)
-    ax.grid(axis="x", color="#e5e5e5")
+    ax.grid(axis="x", color=GRID)
     for between in range(1, len(names)):
-        ax.axhline(between - 0.5, color="#e5e5e5", linewidth=0.8, zorder=0)
+        ax.axhline(between - 0.5, color=GRID, linewidth=0.8, zorder=0)
     ax.spines[["top", "right", "left"]].set_visible(False)
     ax.tick_params(axis="y", length=0)
 
@@ -507,7 +539,7 @@ def _tidy(ax: Axes) -> None:
     ax.xaxis.set_major_formatter("{x:,.0f}")
     ax.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
     ax.set_axisbelow(True)
-    ax.grid(axis="y", color="#e5e5e5")
+    ax.grid(axis="y", color=GRID)
     ax.spines[["top", "right"]].set_visible(False)
 
 
@@ -516,16 +548,16 @@ def _columns(count: int) -> int:
     return math.ceil(count / math.ceil(count / PANELS_IN_A_ROW))
 
 
-def _legend_below(ax: Axes, handles: list[Any], ncols: int) -> None:
+def _shared_legend(ax: Axes, handles: list[Any], ncols: int) -> None:
     """Draw one legend below all panels, its words a little off those handles that fill their place."""
     for handle in handles:
         handle.set_label(f" {handle.get_label()}")
-    _figure_legend(ax, handles, "lower center", ncols)
+    figure_legend(ax, handles, "lower center", ncols)
 
 
 def _small_multiples(axes: Any, count: int, height: float) -> list[Axes]:
     columns, rows = _columns(count), math.ceil(count / _columns(count))
-    return _axes(axes, count, (max(3.0 * columns + 0.4, 6.0), height * rows + 1.1), columns)
+    return make_axes(axes, count, (max(3.0 * columns + 0.4, 6.0), height * rows + 1.1), columns)
 
 
 def _share_limits(panels: Sequence[Axes]) -> None:
@@ -552,10 +584,10 @@ def _label_outside(panels: Sequence[Axes], xlabel: str, ylabel: str, own: bool) 
 def _done(panels: Sequence[Axes], results: StudyResults, alt: str) -> Figure:
     """Return the figure with its alternative text, marked if the study is a quick one."""
     if not results.quick:
-        return _finish(panels[0], alt)
+        return finish(panels[0], alt)
     figure = panels[0].figure
     title = figure.get_suptitle()
     if QUICK_BANNER not in title:
         look: dict[str, Any] = {} if title else {"fontsize": 10, "fontweight": "bold", "color": PATH}
         figure.suptitle(f"{title}\n{QUICK_BANNER}".strip(), **look)
-    return _finish(panels[0], f"{QUICK_BANNER}. {alt}")
+    return finish(panels[0], f"{QUICK_BANNER}. {alt}")

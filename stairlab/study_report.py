@@ -15,8 +15,10 @@ from matplotlib.figure import Figure
 from stairlab import study_plots
 from stairlab._files import write_whole
 from stairlab.claims import paper_claims
+from stairlab.endings import ENDS
+from stairlab.estimates import FEWEST_SEEDS, RESAMPLES
 from stairlab.report import REPORT, draw_figures, render_page, save_pictures
-from stairlab.results import ENDS, FEWEST_SEEDS, RESAMPLES, StudyResults
+from stairlab.results import StudyResults
 
 FIGURE_4A = ("effect", "uniform", "random")
 

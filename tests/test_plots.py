@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from small_run import small_run
 from toy_world import PuckWorld
 
-from stairlab import plots
+from stairlab import drawing, plots
 from stairlab.effects import EffectClasses
 from stairlab.fidelity import measure_fidelity
 from stairlab.pipeline import Run
@@ -40,9 +40,9 @@ def figure(request: pytest.FixtureRequest) -> Figure:
 
 
 def test_every_figure_can_be_drawn_has_alternative_text_and_labels_on_all_axes(figure: Figure) -> None:
-    assert plots.png(figure, dpi=40).startswith(b"\x89PNG")
-    assert len(plots.alt_text(figure)) > 40
-    assert "$" not in plots.alt_text(figure)
+    assert drawing.png(figure, dpi=40).startswith(b"\x89PNG")
+    assert len(drawing.alt_text(figure)) > 40
+    assert "$" not in drawing.alt_text(figure)
     for ax in figure.axes:
         assert ax.get_xlabel()
         assert ax.get_ylabel() or ax.get_yticklabels()[0].get_text()
@@ -67,7 +67,8 @@ def test_figures_leave_no_trace_in_pyplot() -> None:
 def test_plots_neither_imports_pyplot_nor_chooses_a_backend() -> None:
     names = [
         ast.unparse(node)
-        for node in ast.walk(ast.parse(inspect.getsource(plots)))
+        for module in (plots, drawing)
+        for node in ast.walk(ast.parse(inspect.getsource(module)))
         if isinstance(node, ast.Import | ast.ImportFrom)
     ]
     assert names
@@ -78,7 +79,7 @@ def test_a_notebook_gets_one_picture_with_its_alternative_text() -> None:
     figure = plots.plot_world(small_run().example)
     shown = figure._repr_html_()
     assert shown.count("<img") == 1
-    assert plots.alt_text(figure) in shown
+    assert drawing.alt_text(figure) in shown
 
 
 def test_a_class_has_the_same_colour_and_marker_in_every_figure() -> None:
@@ -146,8 +147,8 @@ def test_figures_draw_into_given_axes_and_return_their_figure() -> None:
     top, bottom = own.subfigures(2)
     assert plots.plot_prototypes(uniform_prototypes(StairWorld()), small_run().classes, axes=top.subplots()) is own
     assert plots.plot_effect_distributions(small_run().samples, axes=bottom.subplots(1, 2)) is own
-    assert "uniform grid" in plots.alt_text(own)
-    assert "histograms" in plots.alt_text(own)
+    assert "uniform grid" in drawing.alt_text(own)
+    assert "histograms" in drawing.alt_text(own)
 
 
 def test_prototypes_lie_where_the_set_has_them() -> None:
@@ -164,15 +165,15 @@ def test_trajectories_leave_the_world_as_it_was_and_say_where_jumps_end() -> Non
     figure = plots.plot_prototype_trajectories(world, run.prototypes["effect"], run.classes, [1, 2])
     np.testing.assert_array_equal(world.state, before)
     reached = run.reliability["effect"].table.query("`class` in (1, 2)")["reached"]
-    assert [f"ends in C{number}" in plots.alt_text(figure) for number in reached if number] == [True] * int(
+    assert [f"ends in C{number}" in drawing.alt_text(figure) for number in reached if number] == [True] * int(
         (reached > 0).sum()
     )
 
 
 def test_the_long_stairs_and_jumps_without_a_path_can_be_drawn() -> None:
     world = StairWorld(Staircase.fifteen())
-    assert "15 steps" in plots.alt_text(plots.plot_world(world))
-    assert "comes to rest" in plots.alt_text(plots.plot_world(world.jump(500, 60), world.staircase))
+    assert "15 steps" in drawing.alt_text(plots.plot_world(world))
+    assert "comes to rest" in drawing.alt_text(plots.plot_world(world.jump(500, 60), world.staircase))
 
 
 def test_the_chosen_k_is_ringed() -> None:
@@ -184,7 +185,7 @@ def test_the_chosen_k_is_ringed() -> None:
 
 def test_several_seeds_of_one_method_are_drawn_around_their_mean() -> None:
     table = pd.DataFrame({"method": ["a", "a", "b"], "exact": [0.5, 0.7, np.nan], "under noise": [0.4, 0.6, np.nan]})
-    assert "a: ends in its own class 60 %, ends in its own class, under noise 50 %" in plots.alt_text(
+    assert "a: ends in its own class 60 %, ends in its own class, under noise 50 %" in drawing.alt_text(
         plots.plot_reliability(table)
     )
 
@@ -192,13 +193,13 @@ def test_several_seeds_of_one_method_are_drawn_around_their_mean() -> None:
 def test_a_saved_figure_appears_whole_or_not_at_all(tmp_path, monkeypatch) -> None:
     figure = plots.plot_world(StairWorld())
     for name in ("a.png", "a.svg", "a.pdf"):
-        plots.save_figure(figure, tmp_path / name)
+        drawing.save_figure(figure, tmp_path / name)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.pdf", "a.png", "a.svg"]
     with pytest.raises(ValueError, match="xyz"):
-        plots.save_figure(figure, tmp_path / "b.xyz")
+        drawing.save_figure(figure, tmp_path / "b.xyz")
     monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
     with pytest.raises(OSError, match="disk full"):
-        plots.save_figure(figure, tmp_path / "c.png")
+        drawing.save_figure(figure, tmp_path / "c.png")
     assert len(list(tmp_path.iterdir())) == 3
 
 
@@ -223,7 +224,7 @@ def trajectories(run: Run, name: str, numbers: list[int] | None = None) -> Figur
         (lambda run: plots.plot_prototype_counts(run.classes.to_frame()), TypeError, "counts must be a table with the columns"),
         (lambda run: plots.plot_reliability(run.summary()[:0]), TypeError, "table must have rows"),
         (lambda run: plots.plot_fidelity({}), TypeError, "fidelity must be Fidelity, not dict"),
-        (lambda run: plots.alt_text(Figure()), ValueError, "no alternative text"),
+        (lambda run: drawing.alt_text(Figure()), ValueError, "no alternative text"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_drawn_is_refused_by_name(draw, error, message) -> None:
@@ -234,4 +235,4 @@ def test_what_cannot_be_drawn_is_refused_by_name(draw, error, message) -> None:
 def test_one_prototype_for_each_of_twelve_classes_can_be_drawn() -> None:
     classes = EffectClasses.from_samples(small_run().samples, k_range=(12, 12))
     figure = plots.plot_prototypes(effect_prototypes(classes, fixed=1), classes)
-    assert "12 prototypes" in plots.alt_text(figure)
+    assert "12 prototypes" in drawing.alt_text(figure)

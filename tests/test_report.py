@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 from small_run import page, pictures, small_run
 
-from stairlab import plots
+from stairlab import drawing
 from stairlab import report as report_module
 from stairlab.report import figures, listed, percent, render, write_report
 
@@ -170,7 +170,7 @@ def test_notes_are_shown_and_escaped() -> None:
 
 def test_equal_figures_give_equal_pictures() -> None:
     name = "figure_2_effect_classes"
-    assert plots.png(figures(small_run())[name]()) == pictures()[name].png
+    assert drawing.png(figures(small_run())[name]()) == pictures()[name].png
 
 
 def test_equal_runs_give_equal_pages(tmp_path, monkeypatch) -> None:
@@ -181,7 +181,7 @@ def test_equal_runs_give_equal_pages(tmp_path, monkeypatch) -> None:
 
 def test_a_report_that_fails_leaves_no_file_and_an_old_one_as_it_was(tmp_path, monkeypatch) -> None:
     (tmp_path / "report.html").write_text("old")
-    monkeypatch.setattr(plots, "png", lambda *_: (_ for _ in ()).throw(MemoryError("no room")))
+    monkeypatch.setattr(drawing, "png", lambda *_: (_ for _ in ()).throw(MemoryError("no room")))
     with pytest.raises(MemoryError):
         write_report(small_run(), tmp_path / "report.html")
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]

@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 
 from stairlab import study_plots as plots
 from stairlab.agents import PUBLISHED_SETTINGS
-from stairlab.plots import COLORS, alt_text, png
+from stairlab.drawing import COLORS, alt_text, png
 from stairlab.results import StudyResults
 from stairlab.study import METHODS
 
@@ -28,7 +28,7 @@ SAMPLED = ("effect", "effect-reliable", "fixed")
 def study(seeds: Mapping[str, int] = SEEDS, quick: bool = False, **dqn: int) -> StudyResults:
     """Return made-up results with the given numbers of seeds."""
     tables = _tables(tuple(seeds.items()))
-    return StudyResults(*tables, description={"settings": {"quick": quick, "dqn": dqn}, "own": {}})
+    return StudyResults(*tables, description={"settings": {"quick": quick, "dqn": dqn, "restitution": None}, "own": {}})
 
 
 @lru_cache
@@ -234,6 +234,14 @@ def test_a_blue_and_a_red_line_mark_where_dqn_begins_to_learn() -> None:
     assert "a red line at 5,000" in alt_text(panel.figure)
 
 
+@pytest.mark.parametrize("methods", [["sac", "effect"], "effect"])
+def test_no_blue_line_marks_a_begin_that_no_method_in_the_figure_has(methods) -> None:
+    figure = plots.plot_learning_curves(study(), methods)
+    assert not [line for line in lines_like(figure.axes[0], color=plots.BLUE) if 3000 in line.get_xdata()]
+    assert "blue" not in alt_text(figure)
+    assert "a red line at 5,000" in alt_text(figure)
+
+
 def test_the_lines_follow_the_studys_settings_and_the_methods_drawn() -> None:
     quick = alt_text(plots.plot_learning_curves(study(quick=True, learning_starts=300)))
     assert "a blue line at 300" in quick
@@ -375,6 +383,73 @@ def test_a_study_without_episodes_has_empty_panels() -> None:
     results = study({"effect": 2})
     results = replace(results, episodes=results.episodes[:0])
     assert "of 0 agents" in alt_text(plots.plot_last_episodes(results))
+
+
+# Traps
+
+
+CLIMBING, STUCK = [[400.0, 80.0], [300.0, 75.0]], [[50.0, 89.0], [1000.0, 1.0]]
+
+
+def trapped(stuck: Mapping[str, int], quick: bool = False) -> StudyResults:
+    """Return a study in which the first so many sets of a method never climb."""
+    results = study(quick=quick)
+    rows = [
+        (method, seed, *motion)
+        for method, seed in results.runs[["method", "seed"]].itertuples(index=False)
+        if method != "sac"
+        for motion in (STUCK if seed < stuck.get(method, 0) else CLIMBING)
+    ]
+    return replace(results, motions=pd.DataFrame(rows, columns=["method", "seed", "magnitude", "angle"]))
+
+
+def marks(ax: Axes, method: str) -> np.ndarray:
+    look = plots.method_style(method)
+    (line,) = lines_like(ax, color=look.color, marker=look.marker)
+    return line.get_xydata()
+
+
+def test_each_run_stands_at_its_sets_trap_and_score() -> None:
+    results = trapped({})
+    figure = plots.plot_traps(results)
+    (panel,) = figure.axes
+    for method, traps in results.traps().groupby("method"):
+        x, y = marks(panel, method).T
+        np.testing.assert_allclose(x, 1000 * traps["trap"], rtol=0.03)  # moved a little apart
+        assert y.tolist() == traps["score"].tolist()
+        assert f"{plots.method_style(method).label}: median trap 45 mm, mean score" in alt_text(figure)
+    assert plots.NO_WAY_UP not in [tick.get_text() for tick in panel.get_xticklabels()]
+    assert "SAC" not in alt_text(figure)
+    assert "[mm]" in panel.get_xlabel()
+    assert plots.QUICK_BANNER in alt_text(plots.plot_traps(trapped({}, quick=True)))
+
+
+def test_sets_that_never_climb_stand_apart_and_are_named_instead_of_measured() -> None:
+    figure = plots.plot_traps(trapped({"effect": 2, "random": SEEDS["random"]}))
+    (panel,) = figure.axes
+    (border,) = lines_like(panel, linestyle=":")
+    for method, stuck in (("effect", 2), ("random", SEEDS["random"]), ("uniform", 0)):
+        assert (marks(panel, method)[:, 0] > border.get_xdata()[0]).sum() == stuck
+    figure.draw_without_rendering()
+    labels = {tick.get_loc(): tick.label1.get_text() for tick in panel.xaxis.get_major_ticks()}
+    assert {x for x, text in labels.items() if text == plots.NO_WAY_UP} == {plots.ENDLESS}
+    assert all(x <= border.get_xdata()[0] for x, text in labels.items() if text != plots.NO_WAY_UP)
+    words = alt_text(figure)
+    assert "effect-based: median trap 45 mm, with 2 of 8 sets no jump gets up, mean score" in words
+    assert "random: with 6 of 6 sets no jump gets up, mean score" in words
+    assert "600" not in words
+    assert "inf" not in words
+
+
+def test_some_of_the_scale_can_be_seen_where_no_set_climbs() -> None:
+    (panel,) = plots.plot_traps(trapped(SEEDS)).axes
+    low, high = panel.get_xlim()
+    assert len([x for x in panel.get_xticks() if low <= x <= high]) > 2
+
+
+def test_a_study_without_sets_has_no_traps_to_draw() -> None:
+    with pytest.raises(ValueError, match="results must hold sets of motions, but sac has none"):
+        plots.plot_traps(study({"sac": 2}))
 
 
 # Bad input
