@@ -153,13 +153,18 @@ def plot_world(world_or_jump: StairWorld | Jump, staircase: Staircase | None = N
         return finish(ax, f"Side view of {stairs.n_steps} steps and the cube at {_place(states[0])}.")
     _draw_jump(ax, shown)
     motion = f"{shown.magnitude:.0f} N at {shown.angle:.0f}°"
-    effect = f"Δy = {shown.dy:+.2f} m, Δz = {shown.dz:+.2f} m"
+    effect = f"Δy = {_signed(shown.dy)} m, Δz = {_signed(shown.dz)} m"
     ax.set_title(f"motion: {motion}        effect: {effect}", fontsize=10, loc="left")
     return finish(
         ax,
         f"Side view of {stairs.n_steps} steps. The cube starts at {_place(states[0])}, is pushed with {motion}, and comes to rest at "
         f"{_place(states[1])}: {effect}.",
     )
+
+
+def _signed(value: float) -> str:
+    """Return a number with two decimals and its sign; none where it is 0.00."""
+    return f"{value:+.2f}" if abs(value) >= 0.005 else "0.00"
 
 
 def _place(state: np.ndarray) -> str:
@@ -205,17 +210,18 @@ def _draw_jump(ax: Axes, jump: Jump) -> None:
         ax.plot(path.y, path.z, color=PATH, linewidth=1.5, zorder=3, label="path of the centre")
         for i in _moments(path.y, path.z, 6):
             draw_cube(ax, path.y[i], path.z[i], path.rotation[i], facecolor="none", edgecolor=FAINT, zorder=2)
+    apart = abs(jump.end[1] - jump.start[1]) > 0.5 or abs(jump.end[2] - jump.start[2]) > CUBE_EDGE
     for state in (jump.start, jump.end):
         draw_cube(ax, *pose(state))
+    for state in (jump.start, jump.end)[: 2 if apart else 1]:  # words that would lie on each other
         _draw_d_obs(ax, state)
     y, z, _ = pose(jump.start)
     length, angle = 0.1 + 0.25 * jump.magnitude / 1000, math.radians(jump.angle)
     head = (y + length * math.cos(angle), z + length * math.sin(angle))
     ax.annotate("", head, (y, z), arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.8}, zorder=6)
-    for words, state in (("start", jump.start), ("end", jump.end)):
-        ax.annotate(
-            words, (state[1], state[2]), (-14, 0), textcoords="offset points", ha="right", va="center", fontsize=9
-        )
+    for words, state, side in (("start", jump.start, -1), ("end", jump.end, -1 if apart else 1)):
+        where = {"ha": "right" if side < 0 else "left", "va": "center", "fontsize": 9, "zorder": 7}
+        ax.annotate(words, (state[1], state[2]), (14 * side, 0), textcoords="offset points", **where)
 
 
 def _moments(y: np.ndarray, z: np.ndarray, count: int) -> np.ndarray:
