@@ -1,11 +1,11 @@
-# make run: the paper's pipeline.  make study: the comparison of its agents.  make test: all tests.  Each sets up .venv first.
+# make run: the paper's pipeline.  make study: the comparison of its agents.  make lab: the course.  make test: all tests.  Each sets up .venv first.
 # ARGS is handed on: make run ARGS="--n 500", make study ARGS=--quick
 PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 PIP = $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run study test lint bench lab clean
+.PHONY: run study test lint bench lab lessons exercises clean
 
 run: $(VENV)/core-installed
 	$(BIN)/stairlab run $(ARGS)
@@ -28,10 +28,18 @@ bench: $(VENV)/all-installed
 	$(BIN)/python benchmarks/agents.py
 
 lab: $(VENV)/all-installed
-	$(BIN)/jupyter lab notebooks
+	$(BIN)/jupyter lab notebooks/00_welcome.ipynb
+
+# execute the lessons: tests and book use the executed copies again
+lessons: $(VENV)/all-installed
+	$(BIN)/python notebooks/execute.py
+
+# the students' exercises and the solutions, from notebooks/exercises/source
+exercises: $(VENV)/all-installed
+	$(BIN)/python notebooks/exercises/generate.py
 
 clean:
-	rm -rf $(VENV) out
+	rm -rf $(VENV) out build
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)

@@ -1,8 +1,10 @@
 """What several test files share."""
 
 import os
+import re
 from pathlib import Path
 
+import nbformat
 import pytest
 
 from stairlab.sampling import Samples, sample_motions
@@ -35,3 +37,18 @@ def reference_csv() -> Path:
     if not path.is_file():
         pytest.skip(f"The recorded jumps are not at {path}; STAIRLAB_REFERENCE can name another place.")
     return path
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print how long the lessons took to run, beside what they state."""
+    rows = []
+    for path in sorted((PROJECT / "build" / "executed").glob("[0-9][0-9]_*.ipynb")):
+        notebook = nbformat.read(path, as_version=4)
+        stated = re.search(r"(\d+) seconds to run", notebook.cells[0].source)
+        if stated and "stairlab" in notebook.metadata:
+            rows.append(f"{path.stem:24}{notebook.metadata.stairlab.seconds:8.1f}{int(stated[1]):8}")
+    if rows:
+        terminalreporter.section("lessons: run time [s]")
+        terminalreporter.write_line(f"{'':24}{'now':>8}{'stated':>8}")
+        for row in rows:
+            terminalreporter.write_line(row)
