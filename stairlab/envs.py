@@ -29,39 +29,43 @@ FARTHEST_ASIDE = 3.0
 
 
 class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
-    """Climb a staircase, one jump after the other.
+    r"""Climb a staircase, one jump after the other.
 
-    ## Description
+    **Description**
 
     A cube stands before fifteen steps. In each step of the episode it makes one jump, from wherever the last one ended, and waits
     until it rests. Single steps pay most: a jump that gains three steps earns as much as one that gains one.
 
-    ## Action Space
+    **Action Space**
 
-    `Box([50, 1], [1000, 89], (2,), float32)`
+    ``Box([50, 1], [1000, 89], (2,), float32)``
 
-    | Num | Action | Min | Max | Unit |
-    |---|---|---|---|---|
-    | 0 | magnitude of the force | 50 | 1000 | N |
-    | 1 | angle above the +y axis | 1 | 89 | degrees |
+    ===  ======================  ===  ====  =======
+    Num  Action                  Min  Max   Unit
+    ===  ======================  ===  ====  =======
+    0    magnitude of the force  50   1000  N
+    1    angle above +y          1    89    degrees
+    ===  ======================  ===  ====  =======
 
-    ## Observation Space
+    **Observation Space**
 
-    `Box(4,)`, float32, as in the published wrappers; with `observation="full"` the eight features of the paper's text, `Box(8,)`.
+    ``Box(4,)``, float32, as in the published wrappers; with ``observation="full"`` the eight features of the paper's text, ``Box(8,)``.
     Bounds for fifteen steps:
 
-    | paper | full | Observation | Min | Max | Unit |
-    |---|---|---|---|---|---|
-    | 0 | 0 | x, to the side | -3 | 3 | m |
-    | 1 | 1 | y, forward | -15 | 31.2 | m |
-    | 2 | 2 | z, height of the centre | 0 | 4.6 | m |
-    | | 3 | qx of the quaternion | -1 | 1 | |
-    | | 4 | qy | -1 | 1 | |
-    | | 5 | qz | -1 | 1 | |
-    | | 6 | qw | -1 | 1 | |
-    | 3 | 7 | d_obs, distance to the next riser; 10 where there is none | 0 | 10 | m |
+    =====  ====  =========================================================  ====  ====  =====
+    paper  full  Observation                                                Min   Max   Unit
+    =====  ====  =========================================================  ====  ====  =====
+    0      0     x, to the side                                             -3    3     m
+    1      1     y, forward                                                 -15   31.2  m
+    2      2     z, height of the centre                                    0     4.6   m
+    \-     3     qx of the quaternion                                       -1    1     1
+    \-     4     qy                                                         -1    1     1
+    \-     5     qz                                                         -1    1     1
+    \-     6     qw                                                         -1    1     1
+    3      7     d_obs, distance to the next riser; 10 where there is none  0     10    m
+    =====  ====  =========================================================  ====  ====  =====
 
-    ## Rewards
+    **Rewards**
 
     For a change of height dz in a jump (equation 5, read as the text means it, see below):
 
@@ -69,29 +73,29 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
     - dz / 0.3 if dz < -0.05 m: falling costs 1 for each step fallen;
     - 0 else, because resting heights jitter.
 
-    Equation 5 prints `-dz / 0.3`, which would reward falling; the text ("punishes falling") and the published code have it
+    Equation 5 prints ``-dz / 0.3``, which would reward falling; the text ("punishes falling") and the published code have it
     negative. The best return is the number of steps, 15, and only single steps reach it (give or take some hundredths, as a cube
     may rest leaning on a riser).
 
-    ## Starting State
+    **Starting State**
 
     The cube stands upright and at rest at y = 0.25 m, before the first riser at y = 0.6 m.
 
-    ## Episode End
+    **Episode End**
 
-    - Termination: the cube leaves the map (0 < y < end of the last tread - 0.04 m, |x| < 2.46 m), or rests on the last tread.
-    - Truncation: after 50 jumps, by the `TimeLimit` wrapper of `gymnasium.make`.
+    - Termination: the cube leaves the map (0 < y < end of the last tread - 0.04 m, ``|x|`` < 2.46 m), or rests on the last tread.
+    - Truncation: after 50 jumps, by the ``TimeLimit`` wrapper of ``gymnasium.make``.
 
-    ## Arguments
+    **Arguments**
 
-    - `n_steps=15`: steps of the staircase; the last tread is 10 m deep.
-    - `observation="paper"`: or `"full"`.
-    - `actuation_noise=0.0`: standard deviation of the force, relative to it.
-    - `x_drift=False`: let x drift by the model of `StairWorld`.
-    - `restitution=None`: of the risers, see `Staircase`.
-    - `render_mode=None`: or `"rgb_array"`.
+    - ``n_steps=15``: steps of the staircase; the last tread is 10 m deep.
+    - ``observation="paper"``: or ``"full"``.
+    - ``actuation_noise=0.0``: standard deviation of the force, relative to it.
+    - ``x_drift=False``: let x drift by the model of ``StairWorld``.
+    - ``restitution=None``: of the risers, see ``Staircase``.
+    - ``render_mode=None``: or ``"rgb_array"``.
 
-    `info` holds `steps` (steps climbed, 0 on the ground), `height` [m], `on_map`, and `duration` (simulated time of the jump [s]).
+    ``info`` holds ``steps`` (steps climbed, 0 on the ground), ``height`` [m], ``on_map``, and ``duration`` (simulated time of the jump [s]).
 
     ## Version History
 

@@ -56,7 +56,7 @@ SAME_RETURN = 0.05
 """ Returns as near as this are the same: a resting cube can lean, some hundredths of a step """
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StudyResults:
     """The runs of a study as tables; each has the columns "method" and "seed". Made by ``Study.run`` or ``load_published_study``.
 
@@ -81,6 +81,11 @@ class StudyResults:
     motions: pd.DataFrame = field(repr=False)
     episodes: pd.DataFrame = field(repr=False)
     description: dict[str, Any] = field(repr=False)
+
+    def __repr__(self) -> str:
+        seeds = self.runs.groupby("method", sort=False)["seed"].nunique()
+        methods = ", ".join(f"{method} ({count})" for method, count in seeds.items())
+        return f"StudyResults: {len(self.runs)} runs of {self.description['settings']['total_timesteps']:,} jumps; seeds: {methods}"
 
     @classmethod
     def from_runs(cls, folders: Sequence[Path], description: Mapping[str, Any]) -> StudyResults:

@@ -138,7 +138,7 @@ class Samples:
         return self[self.on_map]
 
     def to_frame(self) -> pd.DataFrame:
-        """Return a pandas DataFrame with a column for each motion parameter, start feature ("start_"), effect, and "on_map"."""
+        """Return a pandas DataFrame with a column for each motion parameter, start feature (``start_``), effect, and "on_map"."""
         columns = [*self.motion_names, *(f"start_{name}" for name in self.feature_names), *self.effect_names]
         frame = pd.DataFrame(np.hstack([self.motions, self.starts, self.effects]), columns=columns)
         return frame.assign(on_map=self.on_map)

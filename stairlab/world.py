@@ -274,7 +274,7 @@ class StairWorld:
         return self.state_at(rng.uniform(begin + CUBE_EDGE / 2, end - CUBE_EDGE / 2), height + CUBE_EDGE / 2)
 
     def on_map(self, state: np.ndarray) -> bool:
-        """Whether a state counts: 0 < y < end of the last tread - 0.04 m, |x| < 2.46 m, not above resting on the top."""
+        """Whether a state counts: 0 < y < end of the last tread - 0.04 m, ``|x|`` < 2.46 m, not above resting on the top."""
         x, y, z = (float(value) for value in state[:3])
         highest = self.staircase.top + CUBE_EDGE / 2 + MAP_MARGIN_Z
         return 0 < y < self.staircase.end - MAP_MARGIN_Y and abs(x) < MAP_HALF_WIDTH and 0 < z <= highest

@@ -48,7 +48,7 @@ class HistogramBins(ClusterMixin, BaseEstimator):
     ----------
     bin_edges_ : ndarray of shape (n_bins + 1,)
         Edges of all bins, in the unit of ``X``.
-    edges_ : ndarray of shape (n_clusters_, 2)
+    edges_ : ndarray of shape (n_clusters, 2)
         Lower and upper edge of each bin that was kept, in rising order. A sample on an inner edge is in the
         upper bin.
     n_clusters_ : int
