@@ -36,7 +36,7 @@ def executed(path: Path, *, allow_errors: bool = False) -> NotebookNode:
     nbclient.exceptions.CellExecutionError
         If a cell raises an error, and errors are not allowed.
     """
-    copy = EXECUTED / path.resolve().relative_to(PROJECT / "notebooks")
+    copy = EXECUTED / path.resolve().relative_to(PROJECT)
     copy.parent.mkdir(parents=True, exist_ok=True)
     fingerprint = _fingerprint(path)
     with FileLock(f"{copy}.lock"):

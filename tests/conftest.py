@@ -2,6 +2,8 @@
 
 import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import nbformat
@@ -42,7 +44,7 @@ def reference_csv() -> Path:
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Print how long the lessons took to run, beside what they state."""
     rows = []
-    for path in sorted((PROJECT / "build" / "executed").glob("[0-9][0-9]_*.ipynb")):
+    for path in sorted((PROJECT / "build" / "executed" / "notebooks").glob("[0-9][0-9]_*.ipynb")):
         notebook = nbformat.read(path, as_version=4)
         stated = re.search(r"(\d+) seconds to run", notebook.cells[0].source)
         if stated and "stairlab" in notebook.metadata:
@@ -52,3 +54,13 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         terminalreporter.write_line(f"{'':24}{'now':>8}{'stated':>8}")
         for row in rows:
             terminalreporter.write_line(row)
+
+
+@pytest.fixture(scope="session")
+def site() -> Path:
+    """The web book, built without a warning; what did not change since the last build is used again."""
+    built = PROJECT / "book" / "_build" / "html"
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", "-b", "html", PROJECT / "book", built]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr[-5000:]
+    return built
