@@ -5,7 +5,7 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 PIP = $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run study test lint bench lab lessons exercises clean
+.PHONY: run study test lint bench lab lessons exercises book clean
 
 run: $(VENV)/core-installed
 	$(BIN)/stairlab run $(ARGS)
@@ -34,12 +34,16 @@ lab: $(VENV)/all-installed
 lessons: $(VENV)/all-installed
 	$(BIN)/python notebooks/execute.py
 
+# the course as a web site, in book/_build/html; STAIRLAB_TEACHERS=1 adds the solutions
+book: $(VENV)/all-installed
+	$(BIN)/python -m sphinx -W --keep-going -n -b html book book/_build/html
+
 # the students' exercises and the solutions, from notebooks/exercises/source
 exercises: $(VENV)/all-installed
 	$(BIN)/python notebooks/exercises/generate.py
 
 clean:
-	rm -rf $(VENV) out build
+	rm -rf $(VENV) out build book/_build book/made
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)

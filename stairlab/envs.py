@@ -49,7 +49,8 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
 
     **Observation Space**
 
-    ``Box(4,)``, float32, as in the published wrappers; with ``observation="full"`` the eight features of the paper's text, ``Box(8,)``.
+    ``Box(4,)``, float32, as in the published wrappers; with ``observation="full"`` the eight features of the paper's text,
+    ``Box(8,)``.
     Bounds for fifteen steps:
 
     =====  ====  =========================================================  ====  ====  =====
@@ -95,7 +96,8 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
     - ``restitution=None``: of the risers, see ``Staircase``.
     - ``render_mode=None``: or ``"rgb_array"``.
 
-    ``info`` holds ``steps`` (steps climbed, 0 on the ground), ``height`` [m], ``on_map``, and ``duration`` (simulated time of the jump [s]).
+    ``info`` holds ``steps`` (steps climbed, 0 on the ground), ``height`` [m], ``on_map``, and ``duration`` (simulated time
+    of the jump [s]).
 
     ## Version History
 
