@@ -220,7 +220,7 @@ def _draw_jump(ax: Axes, jump: Jump) -> None:
     head = (y + length * math.cos(angle), z + length * math.sin(angle))
     ax.annotate("", head, (y, z), arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.8}, zorder=6)
     for words, state, side in (("start", jump.start, -1), ("end", jump.end, -1 if apart else 1)):
-        where = {"ha": "right" if side < 0 else "left", "va": "center", "fontsize": 9, "zorder": 7}
+        where: dict[str, Any] = {"ha": "right" if side < 0 else "left", "va": "center", "fontsize": 9, "zorder": 7}
         ax.annotate(words, (state[1], state[2]), (14 * side, 0), textcoords="offset points", **where)
 
 

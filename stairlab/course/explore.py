@@ -29,7 +29,7 @@ FEW = 5
 
 
 def explore(
-    draw: Callable[..., Figure], labels: Mapping[str, str] | None = None, **controls: Sequence[Any] | np.ndarray
+    draw: Callable[..., Figure], labels: Mapping[str, str] | None = None, /, **controls: Sequence[Any] | np.ndarray
 ) -> Exploration:
     """Put controls on ``draw``: each keyword gives the values of one of its arguments.
 
