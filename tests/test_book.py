@@ -1,6 +1,5 @@
 """The web book: the paper map names what exists, the site is built without a warning, and its links lead somewhere."""
 
-import ast
 import functools
 import importlib
 import re
@@ -41,8 +40,7 @@ def test_every_function_of_the_map_exists(name):
 @pytest.mark.parametrize("name", named("test"))
 def test_every_test_of_the_map_exists(name):
     file, _, test = name.partition("::")
-    (path,) = (PROJECT / "tests").rglob(file)
-    assert test in {node.name for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.FunctionDef)}
+    assert any(f"def {test}(" in path.read_text() for path in (PROJECT / "tests").rglob(file))
 
 
 @pytest.mark.parametrize("name", named("lesson"))

@@ -1,0 +1,228 @@
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from stairlab import Samples, Staircase, StairWorld, alt_text, riser_gaps, sample_motions
+from stairlab.course import the_world
+from stairlab.physics import FALL
+
+
+@pytest.fixture
+def jump(world):
+    return world.jump(450, 65, trajectory=True)
+
+
+def words_in(figure):
+    return " ".join(
+        text.get_text()
+        for ax in figure.axes
+        for text in [*ax.texts, ax.title, *ax.get_children()]
+        if hasattr(text, "get_text")
+    )
+
+
+# Closed forms against the simulation
+
+
+def test_a_push_alone_gives_force_times_time_over_mass():
+    v_y, v_z = the_world.pushed(450, 60)
+    assert math.hypot(v_y, v_z) == pytest.approx(4.5)
+    assert float(v_z / v_y) == pytest.approx(math.sqrt(3))
+
+
+def test_the_flight_is_the_closed_form_up_to_rounding_until_the_first_contact(jump):
+    d_y, d_z = the_world.flight_error(jump)
+    flying = (jump.trajectory.time > 0.01) & (jump.trajectory.time < 0.58)
+    assert np.abs(d_y[flying]).max() < 1e-12
+    assert np.abs(d_z[flying]).max() < 1e-12
+
+
+@pytest.mark.parametrize("magnitude", [100, 450, 1000])
+@pytest.mark.parametrize("angle", [8, 20, 45, 70, 89])
+def test_a_jump_on_level_ground_goes_as_far_as_flight_and_slide_say(magnitude, angle):
+    level = StairWorld(Staircase(first_riser=100.0))
+    flight, slide = the_world.level_jump(magnitude, angle)
+    assert level.jump(magnitude, angle).dy == pytest.approx(float(flight + slide), abs=0.0008 * magnitude / 100)
+
+
+def test_a_cube_that_is_not_high_enough_never_comes_down_to_a_height():
+    assert np.isnan(the_world.time_of_fall(1.0, 0.3))
+    assert float(the_world.time_of_fall(4.0)) == pytest.approx((4 + math.sqrt(16 - 9.81 * 4 * 0.01)) / 9.81)
+
+
+def test_the_formula_finds_the_steps_that_nearly_all_jumps_gain():
+    samples = sample_motions(StairWorld(), n=200, seed=3, progress=False)
+    simulated = np.where(samples.on_map, np.rint(samples.effect("dz").ravel() / 0.3), -1)
+    formula = [the_world.steps_by_formula(*motion) for motion in samples.motions.tolist()]
+    assert np.mean(simulated == formula) > 0.92
+
+
+@pytest.mark.parametrize("magnitude", [200, 250, 300, 340])
+def test_a_cube_that_flies_into_a_riser_leaves_the_gap_of_the_closed_form(world, magnitude):
+    jump = the_world.jump_from(world, 0.25, magnitude, 45)
+    assert the_world.riser_gap(jump) == pytest.approx(float(the_world.gap_by_formula(magnitude, 45)), abs=4e-5)
+
+
+def test_a_cube_that_lands_before_the_riser_has_no_gap_by_formula():
+    assert np.isnan(the_world.gap_by_formula(100, 45))
+
+
+def test_the_gap_to_climb_from_tends_to_rise_over_tangent_for_fast_pushes():
+    assert float(the_world.gap_to_climb(1e6, 80)) == pytest.approx(0.3 / math.tan(math.radians(80)), rel=1e-3)
+    assert float(the_world.gap_to_climb(500, 80)) > 0.3 / math.tan(math.radians(80))
+    assert the_world.gap_to_climb(100, 80) == math.inf
+
+
+def test_phases_follow_each_other_without_a_break(jump):
+    parts = the_world.phases(jump)
+    assert [name for name, _, _ in parts] == ["push", "flight", "contact", "rest"]
+    assert parts[0][1] == 0
+    assert parts[-1][2] == jump.duration
+    assert all(a[2] == b[1] for a, b in itertools.pairwise(parts))
+    assert 0.57 < parts[1][2] < 0.6
+
+
+@pytest.mark.parametrize(
+    ("motion", "start"), [((100, 45), 0.25), ((50, 5), 0.25), ((1000, 89), 0.25), ((600, 70), 0.25)]
+)
+def test_phases_are_in_order_for_jumps_of_all_kinds(world, motion, start):
+    parts = the_world.phases(the_world.jump_from(world, start, *motion))
+    assert all(begin <= end for _, begin, end in parts)
+
+
+def test_a_jump_without_its_path_is_refused(world):
+    with pytest.raises(ValueError, match="trajectory=True"):
+        the_world.draw_phases(world.jump(450, 65))
+
+
+def test_leapfrog_of_the_lesson_is_the_worlds_recurrence():
+    steps = np.arange(5)
+    np.testing.assert_allclose(FALL[:5], -9.81e-6 * steps * (steps - 1) / 2)
+
+
+# What pictures show
+
+
+@pytest.mark.parametrize("milliseconds", [0, 5, 300, 10_000])
+def test_a_moment_shows_the_cube_at_that_time_and_the_force_only_while_it_acts(jump, milliseconds):
+    figure = the_world.draw_moment(jump, milliseconds)
+    assert len(figure.axes[0].patches) == 2  # the stairs and the cube
+    arrows = [text for text in figure.axes[0].texts if text.arrow_patch is not None]
+    assert len(arrows) == (1 if milliseconds < 10 else 0)
+    assert "y = 1.35 m" in alt_text(figure) or milliseconds < 10_000
+
+
+def test_the_picture_of_phases_names_all_four(jump):
+    figure = the_world.draw_phases(jump)
+    for phase in ("push", "flight", "contact", "rest"):
+        assert phase in words_in(figure)
+        assert phase in alt_text(figure)
+
+
+def test_the_fan_has_a_parabola_for_each_angle_and_one_bold():
+    figure = the_world.draw_fan(450, (15, 45, 75), highlight=45)
+    widths = [line.get_linewidth() for line in figure.axes[0].lines[:3]]
+    assert widths == [1, 2, 1]
+    assert "45° 2.03 m" in alt_text(figure)
+
+
+def test_where_formula_and_simulation_differ_is_ringed_and_counted():
+    motions = np.array([[100.0, 30.0], [450.0, 65.0], [900.0, 60.0]])
+    figure = the_world.draw_formula_against_simulation(motions, np.array([0, 2, -1]), np.array([0, 1, -1]))
+    assert len(figure.axes) == 2
+    assert "66.7%" in alt_text(figure)
+    rings = figure.axes[0].collections[-1]
+    assert len(rings.get_offsets()) == 1
+
+
+@pytest.mark.parametrize("magnitude", [100, 200, 1000])
+def test_level_jumps_show_flight_slide_and_the_simulation(magnitude):
+    figure = the_world.draw_level_jumps(magnitude)
+    assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == [
+        "flight, closed form",
+        "slide, closed form",
+        "simulated",
+    ]
+    off = float(alt_text(figure).split("at most ")[1].split(" mm")[0])
+    assert off < magnitude / 100
+
+
+@pytest.mark.parametrize("milliseconds", [0, 160, 10_000])
+def test_the_picture_at_the_riser_says_the_gap(world, milliseconds):
+    against = the_world.jump_from(world, 0.25, 280, 45)
+    figure = the_world.draw_at_riser(against, milliseconds)
+    assert "gap" in alt_text(figure)
+    if milliseconds == 10_000:
+        assert "gap 1.9 mm" in alt_text(figure)
+
+
+def test_gaps_are_drawn_for_each_set_with_what_was_recorded():
+    gaps = {"this world": np.array([0.0, 0.001, 0.3]), "another": np.array([0.01, 0.02, 0.03])}
+    figure = the_world.draw_gaps(gaps, recorded=the_world.RECORDED_GAPS)
+    assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == [*gaps, "recorded in Gazebo"]
+    assert "this world: 67% below 2.5 mm; another: 0% below 2.5 mm" in alt_text(figure)
+    assert len(the_world.draw_gaps(gaps).axes[0].lines) == 2
+
+
+def test_recorded_gaps_are_those_of_the_recorded_jumps(reference_csv):
+    recorded = riser_gaps(Samples.from_csv(reference_csv))
+    for gap, share in the_world.RECORDED_GAPS.items():
+        assert np.mean(recorded < gap) == pytest.approx(share, abs=0.03)  # 2,000 of the 10,000
+
+
+@pytest.mark.parametrize(("gap", "angle", "passes"), [(0.06, 75, False), (0.1, 80, True), (0.002, 89, False)])
+def test_the_geometry_says_whether_the_line_passes_the_edge(gap, angle, passes):
+    figure = the_world.draw_trap_geometry(gap, angle)
+    assert ("does not pass" in alt_text(figure)) != passes
+    assert (">" if passes else "<") in words_in(figure)
+
+
+@pytest.mark.parametrize("gap", [2.0, 20.0, 100.0])
+@pytest.mark.parametrize("angle", [60.0, 80.0, 89.0])
+def test_the_trap_shows_what_the_rule_says_and_what_the_cube_does(gap, angle):
+    figure = the_world.draw_trap(gap, angle)
+    says = "out" if math.tan(math.radians(angle)) > 300 / gap else "trapped"
+    assert f"says: {says}" in alt_text(figure)
+    assert "Simulated:" in alt_text(figure)
+
+
+def test_the_map_of_the_trap_counts_who_climbs():
+    angles, gaps = (60, 75, 87), (0.002, 0.05, 0.15)
+    climbs = the_world.climbs_from(500, angles, gaps)
+    assert climbs.tolist() == [[False, False, False], [False, False, True], [False, True, True]]
+    figure = the_world.draw_trap_map(500, angles, gaps, climbs)
+    assert "3 climb" in alt_text(figure)
+    assert "right for 100%" in alt_text(figure)
+
+
+def test_two_steep_jumps_lead_out_of_the_trap_and_two_flat_ones_do_not():
+    assert "After the first the gap is 20.0 mm, at the same height; the second gains 1 step" in alt_text(
+        the_world.draw_two_jumps()
+    )
+    assert "the second gains 0 step" in alt_text(the_world.draw_two_jumps(first=30.0, second=30.0, magnitude=300.0))
+
+
+@pytest.mark.parametrize("magnitude", [50, 450, 1000])
+@pytest.mark.parametrize("angle", [5, 65, 89])
+@pytest.mark.parametrize("start", [the_world.FIELD[0], 0.25, the_world.FIELD[-1]])
+def test_the_explorer_draws_one_motion_from_the_whole_field(magnitude, angle, start):
+    figure = the_world.draw_field(magnitude, angle, start)
+    assert f"{magnitude} N at {angle}° from y = {start:g} m" in alt_text(figure)
+    assert f"of {len(the_world.FIELD)} start positions" in alt_text(figure)
+    cubes = len(figure.axes[0].patches) - 1
+    assert cubes == len(the_world.FIELD) + 1  # where each ends, and the start of one
+
+
+def test_the_explorer_starts_at_the_paper_s_jump():
+    assert "2 steps, Δy = +1.10 m, Δz = +0.60 m, 0.8 mm before the riser" in alt_text(the_world.draw_field())
+
+
+def test_a_jump_is_said_in_words(world):
+    assert the_world.outcome_words(the_world.jump_from(world, 0.25, 1000, 60)) == "off the map"
+    assert the_world.gap_words(the_world.jump_from(world, 0.25, 1000, 60)) == ""
+    assert the_world.outcome_words(the_world.jump_from(world, 0.25, 100, 60)) == "0 steps"
+    down = world.jump(100, 60)
+    object.__setattr__(down, "end", down.end - np.array([0, 0, 0.6, 0, 0, 0, 0, 0]))
+    assert the_world.outcome_words(down) in {"off the map", "2 steps down"}
