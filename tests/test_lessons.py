@@ -13,7 +13,11 @@ LESSONS, SOLUTIONS, STUDENT_VERSIONS = execute.LESSONS, execute.SOLUTIONS, execu
 executed = execute.executed
 
 NOTEBOOKS = PROJECT / "notebooks"
-COMMITTED = [path for path in NOTEBOOKS.rglob("*.ipynb") if ".ipynb_checkpoints" not in path.parts]
+COMMITTED = [
+    path
+    for folder in ("", "exercises/", "exercises/solutions/", "exercises/source/*/")
+    for path in sorted(NOTEBOOKS.glob(f"{folder}*.ipynb"))
+]
 TITLES = [
     "00_welcome",
     "01_the_world",
