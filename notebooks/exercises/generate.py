@@ -42,10 +42,10 @@ def student_version(source: NotebookNode) -> NotebookNode:
 
 
 def solution_version(source: NotebookNode) -> NotebookNode:
-    """Return the notebook with solutions and all tests, without the markers."""
+    """Return the notebook with solutions and all tests, without the markers; it lies a folder deeper."""
     notebook = nbformat.from_dict(source)
     for cell in notebook.cells:
-        cell.source = MARKERS.sub("", cell.source).rstrip("\n")
+        cell.source = MARKERS.sub("", cell.source).rstrip("\n").replace("](../", "](../../")
         cell.metadata.pop("nbgrader", None)
     return notebook
 
