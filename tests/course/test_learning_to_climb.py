@@ -1,0 +1,284 @@
+"""The small climb of lesson 09, its table, the agents that are watched, and the lesson's pictures."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from stairlab import StairWorld, alt_text, best_return, load_published_study, uniform_prototypes
+from stairlab.course import learning_to_climb as lesson
+from stairlab.course.learning_to_climb import (
+    BEST,
+    EPISODES,
+    EXPLORATIONS,
+    LEARNING_RATES,
+    MOTIONS,
+    SmallClimb,
+    draw_learning,
+    draw_table,
+    greedy_return,
+    learning_curves,
+    play,
+    q_learning,
+)
+from stairlab.drawing import png
+
+QUICK = {"learning_starts": 20, "eval_every": 40}
+
+
+@pytest.fixture(scope="module")
+def climb():
+    return SmallClimb()
+
+
+@pytest.fixture(scope="module")
+def learned(climb):
+    return q_learning(climb)
+
+
+@pytest.fixture(scope="module")
+def study():
+    return load_published_study()
+
+
+@pytest.fixture(scope="module")
+def dqn():
+    grid = uniform_prototypes(StairWorld())
+    return lesson.train_live("dqn", grid, 120, watch=lesson.values_along, target_update_interval=50, **QUICK)
+
+
+@pytest.fixture(scope="module")
+def sac():
+    return lesson.train_live("sac", None, 40, watch=lesson.policy_cloud, batch_size=16, **QUICK)
+
+
+def lines(figure):
+    return [line for ax in figure.axes for line in ax.lines]
+
+
+# The small climb
+
+
+def test_the_small_climb_is_the_world_of_the_paper_seen_by_cell(climb):
+    world = StairWorld(climb.staircase)
+    assert climb.reset() == 5
+    for number in (2, 0, 2):
+        jump = world.jump(*list(MOTIONS.values())[number])
+        cell, reward, over = climb.step(number)
+        assert np.allclose(climb.state, jump.end, atol=1e-3)
+        assert cell == int(jump.end[1] / 0.05)
+        assert reward == (1.0 if jump.dz > 0.05 else 0.0)
+        assert not over
+    assert climb.step(2) == (climb.n_cells - 1, 1.0, True)
+
+
+def test_a_jump_is_simulated_once_and_remembered(climb, monkeypatch):
+    climb.reset()
+    before = climb.step(2)
+    monkeypatch.setattr(StairWorld, "perform", lambda *_: pytest.fail("nothing must be simulated"))
+    climb.reset()
+    assert climb.step(2) == before
+
+
+def test_cells_are_whole_numbers_from_the_ground_to_the_top():
+    climb = SmallClimb(cell=0.4)
+    assert climb.n_cells == 5
+    assert climb.table.shape == (5, 4)
+    places = [climb.world.state_at(y, 0.05) for y in (-1, 0.1, 0.55, 0.9, 1.39, 9)]
+    assert [climb.cell_of(place) for place in places] == [0, 0, 1, 2, 3, 4]
+
+
+def test_an_episode_is_over_on_the_top_or_after_its_jumps(climb):
+    assert [step[4] for step in play(climb, lambda cell: 1)] == [True]
+    assert len(list(play(climb, lambda cell: 0))) == 20
+    assert len(list(play(climb, lambda cell: 0, jumps=3))) == 3
+
+
+def test_the_best_episode_returns_three_and_its_discounted_return_is_what_is_learned(climb, learned):
+    plan = best_return(climb.staircase, np.array(list(MOTIONS.values())), max_jumps=20, progress=False)
+    assert plan.proved
+    assert plan.value == pytest.approx(3, abs=1e-3)
+    assert np.round(plan.rewards).tolist() == [1, 0, 1, 1]
+    assert abs(BEST - 1 - 0.81 - 0.729) < 1e-12
+    assert greedy_return(climb, learned.table) == pytest.approx(3, abs=1e-3)
+    assert learned.table[climb.reset()].max() == pytest.approx(BEST, abs=0.01)
+
+
+# Q-learning
+
+
+def test_one_correction_is_the_formula(climb):
+    found = q_learning(climb, 1, learning_rate=0.25, exploration=0.0, seed=0)
+    rng, table = np.random.default_rng(0), climb.table
+
+    def choose(cell):
+        rng.random()
+        best = np.flatnonzero(table[cell] == table[cell].max())
+        return int(best[rng.integers(len(best))])
+
+    for cell, motion, reward, after, over in play(climb, choose):
+        target = reward if over else reward + 0.9 * table[after].max()
+        table[cell, motion] = 0.75 * table[cell, motion] + 0.25 * target
+    assert np.allclose(found.table, table)
+
+
+def test_tables_are_kept_at_the_marks_and_are_copies(learned):
+    assert tuple(learned.tables) == EPISODES
+    assert np.array_equal(learned.tables[400], learned.table)
+    assert not np.array_equal(learned.tables[1], learned.tables[50])
+    assert list(learned.jumps.values()) == sorted(learned.jumps.values())
+    assert learned.jumps[400] == len(learned.starts)
+
+
+def test_equal_seeds_learn_equal_tables_in_any_order(climb, learned):
+    q_learning(climb, 20, seed=1)
+    assert np.array_equal(q_learning(SmallClimb()).table, learned.table)
+
+
+def test_a_frozen_table_carries_values_one_jump_further_with_each_copy(climb):
+    starts = np.array(q_learning(climb, 400, exploration=0.5, copy_every=1500).starts)
+    assert starts[:1500].max() <= 1 + 1e-9
+    assert starts.max() <= 1.9 + 1e-9
+    assert starts[-1] > 1.8
+
+
+def test_without_exploration_robots_keep_to_the_first_thing_that_paid(climb, capsys):
+    found = learning_curves({"never": {"exploration": 0.0}, "often": {"exploration": 0.5}}, 5, 200, climb, True)
+    assert "often: 5 seeds, " in capsys.readouterr().out
+    assert found["never"].shape == (5, 8)
+    assert found["often"][:, -1].mean() > found["never"][:, -1].mean() + 0.5
+
+
+# Pictures of the small climb
+
+
+def test_motions_are_drawn_with_their_effects_in_words():
+    figure = lesson.draw_motions()
+    assert "leap gains 3" in alt_text(figure)
+    assert len(lines(figure)) == 4
+
+
+@pytest.mark.parametrize("episodes", [EPISODES[0], EPISODES[-1]])
+@pytest.mark.parametrize("learning_rate", [LEARNING_RATES[0], LEARNING_RATES[-1]])
+@pytest.mark.parametrize("exploration", [EXPLORATIONS[0], EXPLORATIONS[-1]])
+def test_the_widget_draws_at_the_ends_of_its_controls(episodes, learning_rate, exploration):
+    figure = draw_learning(episodes, learning_rate, exploration)
+    assert f"{episodes} episode" in alt_text(figure)
+    assert "entries not 0" in alt_text(figure)
+    assert png(figure, 50)
+
+
+def test_the_widget_has_a_start_among_its_values():
+    assert "10 episodes, " in alt_text(draw_learning())
+
+
+def test_an_empty_table_is_drawn_and_so_is_a_cube_that_only_hops(climb):
+    figure = draw_table(climb.table, climb)
+    assert alt_text(figure).startswith("The table of values, 0 of 112")
+    assert "return of 0" in alt_text(figure)
+    assert png(figure, 50)
+
+
+def test_the_best_motion_of_each_cell_has_a_triangle(climb, learned):
+    figure = draw_table(learned.table, climb, "learned")
+    triangles = [line for line in lines(figure) if line.get_marker() == "^"]
+    assert len(triangles) == (learned.table[:-1].max(axis=1) > 0).sum()
+    assert "step 3 with a return of 3" in alt_text(figure)
+
+
+# Agents
+
+
+@pytest.mark.slow
+def test_an_agent_that_is_watched_learns_to_the_bit_as_one_that_is_not(dqn):
+    from stairlab.agents import train
+
+    grid = uniform_prototypes(StairWorld())
+    plain = train("dqn", grid, 0, 120, progress=False, target_update_interval=50, **QUICK)
+    pd.testing.assert_frame_equal(plain.evaluations, dqn.evaluations, check_dtype=False)
+    for mine, other in zip(dqn.model.policy.parameters(), plain.model.policy.parameters(), strict=True):
+        assert np.array_equal(mine.detach().numpy(), other.detach().numpy())
+
+
+@pytest.mark.slow
+def test_what_is_watched_is_kept_from_the_start(dqn):
+    assert list(dqn.seen) == [0, 40, 80, 120]
+    y, values = dqn.seen[120]
+    assert np.nanmin(y) > 0
+    assert np.nanmax(y) < 6.21
+    assert np.isnan(values).sum() == 15
+    assert dqn.evaluations["step"].tolist() == [40, 80, 120]
+
+
+@pytest.mark.slow
+def test_pictures_of_an_agent_say_what_they_show(dqn, sac):
+    curves = lesson.draw_curves({"one": dqn.evaluations, "none yet": dqn.evaluations[:0]}, 120)
+    assert "one: " in alt_text(curves)
+    assert "120 remembered jumps" in alt_text(lesson.draw_memory(dqn.model))
+    values = {"mine": dqn.seen[120], "target": lesson.values_along(dqn.model, dqn.model.q_net_target)}
+    assert "mine" in alt_text(lesson.draw_values(values, "120 jumps"))
+    clouds = lesson.draw_clouds({"before": sac.seen[0], "after": sac.seen[40]})
+    assert "it would perform: before" in alt_text(clouds)
+    for figure in (curves, clouds):
+        assert png(figure, 50)
+
+
+@pytest.mark.slow
+def test_a_cloud_of_motions_lies_in_the_motion_space_and_disturbs_no_generator(sac):
+    import torch
+
+    torch.manual_seed(1)
+    expected = torch.rand(1)
+    torch.manual_seed(1)
+    drawn, greedy = lesson.policy_cloud(sac.model, n=50)
+    assert torch.equal(torch.rand(1), expected)
+    assert drawn.shape == (50, 2)
+    for motions in (drawn, greedy[None]):
+        assert (motions >= [50, 1]).all()
+        assert (motions <= [1000, 89]).all()
+    again, _ = lesson.policy_cloud(sac.model, n=50)
+    assert np.array_equal(drawn, again)
+
+
+def test_a_picture_of_no_evaluations_says_so():
+    empty = pd.DataFrame({"step": [], "return": []})
+    assert "nothing yet" in alt_text(lesson.draw_curves({"dqn": empty}, 100))
+
+
+def test_copies_of_the_target_are_counted_in_the_schedule():
+    given = {"learning_starts": 3000, "exploration_fraction": 0.1, "exploration_final_eps": 0.05}
+    settings = {f"every {every}": given | {"target_update_interval": every} for every in (10_000, 40_000)}
+    words = alt_text(lesson.draw_schedule(settings))
+    assert "3 copies" in words
+    assert "0 copies" in words
+
+
+def test_a_network_is_drawn_with_its_parameters():
+    words = alt_text(lesson.draw_network([4, 64, 64, 16]))
+    assert "320 + 4,160 + 1,040 parameters" in words
+
+
+# The published study
+
+
+def test_published_curves_are_parted_by_the_copies(study):
+    figure = lesson.draw_look_ahead(study)
+    assert [text.get_text() for text in figure.axes[0].texts] == [
+        "looks 1 jump ahead",
+        "looks 2 jumps ahead",
+        "looks 3 jumps ahead",
+    ]
+    assert "2.4, 5.5, 9.6" in alt_text(figure)
+
+
+def test_sac_s_motions_are_drawn_beside_the_grid(study):
+    words = alt_text(lesson.draw_chosen_motions(study))
+    assert "16 of the grid" in words
+    assert "250 jumps" in words
+
+
+def test_parameters_are_compared_in_each_way_of_counting():
+    dqn = {"deciding": 5520, "trained": 5520, "with targets": 11040, "as published": 5520}
+    sac = {"deciding": 68100, "trained": 203782, "with targets": 339464, "as published": 475146}
+    words = alt_text(lesson.draw_parameters(dqn, sac))
+    for ratio in ("12 times", "37 times", "31 times", "86 times"):
+        assert ratio in words
