@@ -29,11 +29,23 @@ from stairlab.checks.growing_neural_gas import (
     check_update_nodes,
     check_winner_and_runner_up,
 )
+from stairlab.checks.how_many_classes import (
+    check_choose_k,
+    check_davies_bouldin_ratio,
+    check_scale_max_abs,
+    check_silhouette_of,
+)
 from stairlab.checks.how_many_prototypes import (
     check_coefficient_of_variation,
     check_ignores_units,
     check_mean_and_spread,
     check_xi,
+)
+from stairlab.checks.learning_to_climb import (
+    check_dense_parameters,
+    check_discounted_returns,
+    check_epsilon_greedy,
+    check_q_update,
 )
 from stairlab.checks.sampling import (
     check_draw_motions,
@@ -53,14 +65,19 @@ __all__ = [
     "Verdict",
     "check_better_reward",
     "check_bounded_pulls",
+    "check_choose_k",
     "check_class_prototypes",
     "check_climb",
     "check_coefficient_of_variation",
+    "check_davies_bouldin_ratio",
+    "check_dense_parameters",
     "check_difference_interval",
+    "check_discounted_returns",
     "check_draw_motions",
     "check_effect",
     "check_effects_on_map",
     "check_env_is_right",
+    "check_epsilon_greedy",
     "check_height_at",
     "check_histogram_bin",
     "check_ignores_units",
@@ -73,9 +90,12 @@ __all__ = [
     "check_nearest_centers",
     "check_new_node",
     "check_probability_of_improvement",
+    "check_q_update",
     "check_reached_class",
     "check_reliable_share",
     "check_reward_of_jump",
+    "check_scale_max_abs",
+    "check_silhouette_of",
     "check_standard_error",
     "check_update_centers",
     "check_update_nodes",

@@ -197,7 +197,7 @@ def same(a: Any, b: Any) -> bool:
     if isinstance(a, dict) and isinstance(b, dict):
         return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
     if isinstance(a, (str, type(None))) or isinstance(b, (str, type(None))):
-        return bool(type(a) is type(b) and a == b)
+        return bool(a == b) if isinstance(a, str) and isinstance(b, str) else a is b
     try:
         x, y = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     except Exception:  # not numbers, or too large, or an object of a student's that fails

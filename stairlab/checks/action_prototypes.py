@@ -206,16 +206,18 @@ def check_medoid(function: Any, more: int = 0) -> Verdict:
 def check_class_prototypes(function: Any, more: int = 0) -> Verdict:
     """Check ``class_prototypes(motions, labels, number, xi, place)``: equation 4 for one class, in newtons and degrees.
 
-    The usual mistakes: motions as they are (the paper's text); standardised over the class only, or with the samples off the map;
-    not brought back to newtons and degrees; the mean whatever xi is; ``place`` also for xi = 1.
+    The usual mistakes: motions as they are; standardised over the class only, or with the samples off the map, or with ddof = 1;
+    not brought back to newtons and degrees; the mean whatever xi is; ``place`` also for xi = 1; a single motion without its row.
     """
 
-    def built(whose: str = "clustered", back: bool = True, mean: Callable[[int], bool] = lambda xi: xi == 1) -> Any:
+    def built(
+        whose: str = "clustered", back: bool = True, mean: Callable[[int], bool] = lambda xi: xi == 1, ddof: int = 0
+    ) -> Any:
         def prototypes(motions: np.ndarray, labels: np.ndarray, number: int, xi: int, place: Place) -> np.ndarray:
             chosen = {"clustered": labels > 0, "all": labels >= 0, "class": labels == number}
             centre, spread = np.zeros(2), np.ones(2)
             if whose != "none":
-                centre, spread = motions[chosen[whose]].mean(axis=0), motions[chosen[whose]].std(axis=0)
+                centre, spread = motions[chosen[whose]].mean(axis=0), motions[chosen[whose]].std(axis=0, ddof=ddof)
             points = (motions[labels == number] - centre) / spread
             nodes = points.mean(axis=0, keepdims=True) if mean(xi) else place(points, xi)
             return nodes * spread + centre if back else nodes
@@ -229,8 +231,8 @@ def check_class_prototypes(function: Any, more: int = 0) -> Verdict:
     ]
     mistakes = [
         Mistake(
-            "Motions went into place as they are, so that a hundred newtons outweigh forty degrees (the paper's text has it so, the "
-            "published code standardises first).",
+            "Motions went into place as they are, so that a hundred newtons outweigh forty degrees: standardise them first, as the "
+            "published code does.",
             built("none"),
         ),
         Mistake(
@@ -253,6 +255,14 @@ def check_class_prototypes(function: Any, more: int = 0) -> Verdict:
         Mistake(
             "Where xi is 1, equation 4 takes the mean motion; place is for xi larger than 1 only.",
             built(mean=lambda xi: False),
+        ),
+        Mistake(
+            "You divided by n - 1 in the standard deviation; here it is by n, ddof=0.",
+            built(ddof=1),
+        ),
+        Mistake(
+            "The motions are right, but a single one needs a row of its own: the shape is (1, 2) then, not (2,).",
+            lambda *arguments: np.squeeze(built()(*arguments), axis=0) if arguments[3] == 1 else built()(*arguments),
         ),
     ]
     praise = "With robust growing neural gas as place, this is what effect_prototypes does for each class."

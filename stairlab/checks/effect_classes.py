@@ -63,8 +63,8 @@ def check_histogram_bin(function: Any, more: int = 0) -> Verdict:
 def check_nearest_centers(function: Any, more: int = 0) -> Verdict:
     """Check ``nearest_centers(samples, centers)``: the index of the nearest centre of each sample.
 
-    The usual mistakes: sums of differences for distances, the first dimension only, the farthest centre, counting from 1, the
-    nearest sample of each centre, the last of two equally near centres.
+    The usual mistakes: sums of differences for distances, with and without their signs, the first dimension only, the farthest
+    centre, counting from 1, the nearest sample of each centre, the last of two equally near centres.
     """
 
     def right(samples: np.ndarray, centers: np.ndarray) -> np.ndarray:
@@ -76,7 +76,7 @@ def check_nearest_centers(function: Any, more: int = 0) -> Verdict:
     rng = np.random.default_rng(3)
     cases = [
         (
-            np.array([[0.0, 0.0], [1.0, 0.2], [1.2, 0.9], [0.4, 1.0]]),
+            np.array([[0.0, 0.0], [0.98, 0.2], [1.4, 0.8], [0.4, 1.0]]),
             np.array([[1.6, 0.0], [0.9, 0.9], [-1.2, 0.3]]),
         ),
         (np.array([[0.0, 0.0], [0.5, 0.25]]), np.array([[1.0, 0.0], [-1.0, 0.0]])),
@@ -86,6 +86,10 @@ def check_nearest_centers(function: Any, more: int = 0) -> Verdict:
         Mistake(
             "You add up the differences of the coordinates; the distance is the root of the sum of their squares.",
             lambda samples, centers: manhattan(samples, centers).argmin(axis=1),
+        ),
+        Mistake(
+            "You add up differences without squaring them, so that they cancel and less than nothing is nearest.",
+            lambda samples, centers: (samples[:, None] - centers).sum(axis=2).argmin(axis=1),
         ),
         Mistake(
             "You compare in the first dimension only; both belong to the distance.",
@@ -117,7 +121,7 @@ def check_update_centers(function: Any, more: int = 0) -> Verdict:
     """Check ``update_centers(samples, labels, centers)``: the means of the classes, none left empty.
 
     The usual mistakes: nan, zero or the old place for an empty class, no row for it, a sample that is counted twice, the sample
-    farthest from the empty centre, the median, a mean over all samples.
+    farthest from or nearest to the empty centre, the one that is farthest after the update, the median, a mean over all samples.
     """
     rng = np.random.default_rng(3)
     full = (
@@ -128,7 +132,7 @@ def check_update_centers(function: Any, more: int = 0) -> Verdict:
     empty = (
         np.array([[0.0, 0.0], [0.2, 0.0], [0.5, 0.3], [0.7, 0.3], [1.8, 1.2]]),
         np.array([0, 0, 1, 1, 1]),
-        np.array([[0.1, 0.0], [0.6, 0.4], [2.0, 2.0]]),
+        np.array([[-0.8, 0.0], [1.4, 0.9], [3.0, -2.0]]),
     )
     cases = [full, empty]
     while len(cases) < more + 2:
@@ -162,6 +166,14 @@ def check_update_centers(function: Any, more: int = 0) -> Verdict:
         Mistake(
             "You took the sample farthest from the empty centre; meant is the one that is farthest from the centre of its own class.",
             lambda *case: _refilled(*case, pick=_farthest_from_empty),
+        ),
+        Mistake(
+            "You took the sample nearest to the empty centre; meant is the one that is farthest from the centre of its own class.",
+            lambda *case: _refilled(*case, pick=_nearest_to_empty),
+        ),
+        Mistake(
+            "You looked for the farthest sample after the means were taken; its distance is that to the centre it was assigned to.",
+            lambda *case: _refilled(*case, pick=_worst_after_update),
         ),
         Mistake("This is the median of each class; the smallest sum of squares is at the mean.", _medians),
         Mistake(
@@ -237,6 +249,15 @@ def _worst(samples: np.ndarray, labels: np.ndarray, centers: np.ndarray) -> int:
 def _farthest_from_empty(samples: np.ndarray, labels: np.ndarray, centers: np.ndarray) -> int:
     empty = next(k for k in range(len(centers)) if not (labels == k).any())
     return int(((samples - centers[empty]) ** 2).sum(axis=1).argmax())
+
+
+def _nearest_to_empty(samples: np.ndarray, labels: np.ndarray, centers: np.ndarray) -> int:
+    empty = next(k for k in range(len(centers)) if not (labels == k).any())
+    return int(((samples - centers[empty]) ** 2).sum(axis=1).argmin())
+
+
+def _worst_after_update(samples: np.ndarray, labels: np.ndarray, centers: np.ndarray) -> int:
+    return _worst(samples, labels, _means(samples, labels, centers, of_empty=lambda k: centers[k]))
 
 
 def _labels(

@@ -151,7 +151,7 @@ def check_height_at(function: Any, more: int = 0) -> Verdict:
     """Check ``height_at(speed, angle, distance)``: how high above its start a thrown point is after a way forward [m].
 
     The usual mistakes: degrees given to ``math.tan``; the half of g t²/2 forgotten; the whole speed taken for the forward one; no
-    gravity.
+    gravity; no height below the start.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def check_height_at(function: Any, more: int = 0) -> Verdict:
     Verdict
     """
     rng = np.random.default_rng(12)
-    cases = [(4.0, 60.0, 0.3), (3.0, 45.0, 0.8), (6.0, 30.0, 2.0)]
+    cases = [(4.0, 60.0, 0.3), (3.0, 45.0, 1.2), (6.0, 30.0, 2.0)]
     cases += [tuple(rng.uniform((2, 5, 0.1), (10, 85, 2)).tolist()) for _ in range(more)]
     right = _height()
     mistakes = [
@@ -186,6 +186,10 @@ def check_height_at(function: Any, more: int = 0) -> Verdict:
             _height(power=1),
         ),
         Mistake(
+            "Below the start the height is negative; nothing stops a point that is thrown over an edge.",
+            lambda speed, angle, distance: max(right(speed, angle, distance), 0.0),
+        ),
+        Mistake(
             "This is the straight line of the push; gravity takes g t² / 2 off it.",
             _height(gravity=0.0),
         ),
@@ -194,20 +198,32 @@ def check_height_at(function: Any, more: int = 0) -> Verdict:
     return judge("height_at", function, right, cases, mistakes, praise)
 
 
-def _ways_out(motions: Any, gap: float, rise: float, late: bool = False) -> np.ndarray:
+def _ways_out(motions: Any, gap: float, rise: float, light: float = 0.0) -> np.ndarray:
+    v_y, v_z = _parts(motions, light)
+    time = gap / v_y
+    return v_z * time - _GRAVITY * time**2 / 2 > rise
+
+
+def _parts(motions: Any, light: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return the velocity after the push, forward and up; ``light``: without that share of gravity."""
     magnitude, angle = np.asarray(motions, dtype=float).T
-    v_y = magnitude * _PUSH_TIME * np.cos(np.radians(angle))
-    v_z = magnitude * _PUSH_TIME * np.sin(np.radians(angle)) - _GRAVITY * _PUSH_TIME
-    root = np.sqrt(np.maximum(v_z**2 - 2 * _GRAVITY * rise, 0))
-    time = (v_z + root if late else v_z - root) / _GRAVITY
-    return (v_z > 0) & (v_z**2 > 2 * _GRAVITY * rise) & (v_y * time < gap)
+    forward, up = magnitude * np.cos(np.radians(angle)), magnitude * np.sin(np.radians(angle))
+    return forward * _PUSH_TIME, (up - (1 - light) * _GRAVITY) * _PUSH_TIME
+
+
+def _high_before(motions: Any, gap: float, rise: float) -> np.ndarray:
+    """Whether the cube is as high as the step at any time before it meets the riser."""
+    v_y, v_z = _parts(motions)
+    under_root = v_z**2 - 2 * _GRAVITY * rise
+    time = (v_z - np.sqrt(np.maximum(under_root, 0))) / _GRAVITY
+    return (under_root > 0) & (v_y * time < gap)
 
 
 def check_ways_out(function: Any, more: int = 0) -> Verdict:
     """Check ``ways_out(motions, gap, rise)``: which motions pass the edge of a riser, True or False for each, shape (n,).
 
-    The usual mistakes: the rule for a fast push, which lets weak ones out; its ratio upside down; degrees given to ``np.tan``; the
-    height is passed on the way down; row numbers instead of True and False.
+    The usual mistakes: the rule for a fast push, which lets weak ones out; its ratio upside down; degrees given to ``np.sin``; high
+    enough, but too late or only before the riser; no gravity during the push; row numbers instead of True and False.
 
     Parameters
     ----------
@@ -221,10 +237,10 @@ def check_ways_out(function: Any, more: int = 0) -> Verdict:
     Verdict
     """
     rng = np.random.default_rng(13)
-    grid = np.array(
-        [(magnitude, angle) for magnitude in (100.0, 260.0, 500.0, 1000.0) for angle in (45.0, 75.0, 86.0, 89.0)]
+    some = np.array(
+        [(250, 81), (260, 75), (260, 86), (260, 89), (500, 75), (500, 89), (1000, 45), (1000, 89)], dtype=float
     )
-    cases = [(grid, 0.02, 0.3), (grid, 0.1, 0.3), (grid, 0.1, 0.05)]
+    cases = [(some, 0.02, 0.3), (some, 0.1, 0.3), (some, 0.1, 0.05)]
     for _ in range(more):
         motions = np.column_stack([rng.uniform(50, 1000, 20), rng.uniform(30, 89, 20)])
         cases.append((motions, float(rng.uniform(0.01, 0.2)), float(rng.uniform(0.1, 0.5))))
@@ -235,7 +251,7 @@ def check_ways_out(function: Any, more: int = 0) -> Verdict:
     mistakes = [
         Mistake(
             "This is the rule for a fast push, tan α > h/g. A weak push does not get as high as the step at all, and gravity "
-            "bends the paths of the others: find the time at which the cube is at the height of the step.",
+            "bends the paths of the others: find out how high the cube is when it comes to the riser.",
             lambda motions, gap, rise: steep(motions, rise / gap),
         ),
         Mistake(
@@ -249,13 +265,17 @@ def check_ways_out(function: Any, more: int = 0) -> Verdict:
             ),
         ),
         Mistake(
-            "This is the time at which the cube comes down through the height of the step; it passes the edge on the way up, with the "
-            "minus sign before the root.",
-            lambda motions, gap, rise: _ways_out(motions, gap, rise, late=True),
+            "These are the motions that are as high as the step at some time before they meet the riser. The weak and steep of them "
+            "come down again before it: what counts is the height at the riser.",
+            _high_before,
+        ),
+        Mistake(
+            "Gravity acts during the push, too: v_z is less by g τ, as in exercise 2.",
+            lambda motions, gap, rise: _ways_out(motions, gap, rise, light=1.0),
         ),
         Mistake(
             "These are the motions that get as high as the step; those that meet the riser before must go.",
-            lambda motions, gap, rise: _ways_out(motions, math.inf, rise),
+            lambda motions, gap, rise: _high_before(motions, math.inf, rise),
         ),
         Mistake(
             "These are the row numbers of the right motions. Return True or False for each motion instead.",

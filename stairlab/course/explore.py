@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 WITHOUT_KERNEL = "STAIRLAB_BOOK"
 """ Where this environment variable is set, explorations show also what reacts without a kernel """
-MOST_PICTURES = 36
+MOST_PICTURES = 30
 """ Pictures made beforehand for one exploration, at most """
 DPI = 110
 """ Resolution of a picture that follows a slider [dots per inch] """
 FEW = 5
-""" Up to so many named choices are buttons, more are a list """
+""" Up to so many named choices are buttons, more a slider, which follows the keyboard as a list in a notebook does not """
 
 
 def explore(
@@ -40,7 +40,7 @@ def explore(
     labels : mapping of str to str, optional
         What controls are called, with unit; their argument's name by default.
     **controls : sequence
-        The values of an argument: numbers become a slider, words buttons or a list, ``(False, True)`` a box to tick.
+        The values of an argument: numbers and many words become a slider, few words buttons, ``(False, True)`` a box to tick.
 
     Returns
     -------
@@ -167,10 +167,9 @@ def _control(ipywidgets: Any, label: str, values: list[Any], start: Any) -> ipyw
     if all(isinstance(value, bool) for value in values):
         return ipywidgets.Checkbox(value=start, description=label, style=style, indent=False)
     options = [(shown(value), value) for value in values]
-    if not isinstance(values[0], str):
-        layout = ipywidgets.Layout(width="32em", max_width="95%")
-        return ipywidgets.SelectionSlider(
-            options=options, value=start, description=label, style=style, layout=layout, continuous_update=False
-        )
-    kind = ipywidgets.ToggleButtons if len(values) <= FEW else ipywidgets.Dropdown
-    return kind(options=options, value=start, description=label, style=style)
+    if isinstance(values[0], str) and len(values) <= FEW:
+        return ipywidgets.ToggleButtons(options=options, value=start, description=label, style=style)
+    layout = ipywidgets.Layout(width="32em", max_width="95%")
+    return ipywidgets.SelectionSlider(
+        options=options, value=start, description=label, style=style, layout=layout, continuous_update=False
+    )

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from stairlab.drawing import alt_text, shown_width, small_png
 
-DPI = 130
+DPI = 120
 """ Resolution of a player's pictures [dots per inch] """
 _numbers = itertools.count(1)
 
@@ -59,7 +59,7 @@ class Player:
     def __init__(self, figures: Iterable[Figure], controls: Sequence[Control], seconds: float = 0.8) -> None:
         self.controls = list(controls)
         self.seconds = seconds
-        self.pictures = [(small_png(figure, DPI), alt_text(figure)) for figure in figures]
+        self.pictures = [(small_png(figure, DPI, cut=False), alt_text(figure)) for figure in figures]
         wanted = math.prod(len(control.values) for control in self.controls)
         if len(self.pictures) != wanted or not wanted:
             raise ValueError(

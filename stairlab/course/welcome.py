@@ -168,9 +168,10 @@ def draw_first_jumps(samples: Samples, count: int) -> Figure:
     draw_cube(left, *pose(some.starts[0]), facecolor="none", linestyle=":")
     left.set_title("where the cube ended", fontsize=10)
     right.plot(*some.motions[some.on_map].T, ".", color=PATH, markersize=5)
-    right.plot(*some.motions[~some.on_map].T, "x", color=FAINT, markersize=4, label="off the map")
+    right.plot(*some.motions[~some.on_map].T, "x", color=FAINT, markersize=4)
     right.set(xlim=(20, 1030), ylim=(-2, 92), yticks=range(0, 91, 15), xlabel="magnitude [N]", ylabel="angle [°]")
-    right.set_title(f"the motions: {count} jump{'s' if count > 1 else ''}", fontsize=10)
+    off = ", × off the map" if (~some.on_map).any() else ""
+    right.set_title(f"the motions: {count} jump{'s' if count > 1 else ''}{off}", fontsize=10)
     return figure
 
 

@@ -82,10 +82,10 @@ MEDOID = {
 }
 
 
-def prototypes_with(chosen, back=True):
+def prototypes_with(chosen, back=True, ddof=0):
     def mistaken(motions, labels, number, xi, place):
         rows = motions[chosen(labels, number)]
-        centre, spread = (rows.mean(axis=0), rows.std(axis=0)) if len(rows) else (np.zeros(2), np.ones(2))
+        centre, spread = (rows.mean(axis=0), rows.std(axis=0, ddof=ddof)) if len(rows) else (np.zeros(2), np.ones(2))
         points = (motions[labels == number] - centre) / spread
         nodes = points.mean(axis=0, keepdims=True) if xi == 1 else place(points, xi)
         return nodes * spread + centre if back else nodes
@@ -98,6 +98,10 @@ PROTOTYPES = {
     "over this class only": prototypes_with(lambda labels, number: labels == number),
     "off the map": prototypes_with(lambda labels, number: labels >= 0),
     "still in standard deviations": prototypes_with(lambda labels, number: labels > 0, back=False),
+    "n - 1": prototypes_with(lambda labels, number: labels > 0, ddof=1),
+    "a row of its own": lambda motions, labels, number, xi, place: (
+        motions[labels == number].mean(axis=0) if xi == 1 else class_prototypes(motions, labels, number, xi, place)
+    ),
     "for every xi": lambda motions, labels, number, xi, place: class_prototypes(motions, labels, number, 1, place),
     "larger than 1 only": lambda motions, labels, number, xi, place: class_prototypes(
         motions, labels, number, 1.5 if xi == 1 else xi, lambda points, n: place(points, int(n))

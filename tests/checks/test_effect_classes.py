@@ -89,6 +89,24 @@ def far_from_empty(samples, labels, centers):
     return np.array([samples[labels == k].mean(axis=0) for k in range(len(centers))])
 
 
+def refilled_by(distances):
+    def mistaken(samples, labels, centers):
+        labels = labels.copy()
+        for empty in np.flatnonzero(np.bincount(labels, minlength=len(centers)) == 0):
+            labels[distances(samples, labels, centers, empty).argmax()] = empty
+        return np.array([samples[labels == k].mean(axis=0) for k in range(len(centers))])
+
+    return mistaken
+
+
+def nearness_to_empty(samples, labels, centers, empty):
+    return -((samples - centers[empty]) ** 2).sum(axis=1)
+
+
+def distance_after_update(samples, labels, centers, empty):
+    return ((samples - means(samples, labels, centers, lambda k: centers[k])[labels]) ** 2).sum(axis=1)
+
+
 def medians(samples, labels, centers):
     labels = refilled_labels(samples, labels, centers)
     return np.array([np.median(samples[labels == k], axis=0) for k in range(len(centers))])
@@ -108,6 +126,7 @@ MISTAKES = [
     (check_histogram_bin, lambda x, a, b, n: min(int((x - a) / (b - a) * (n - 1)), n - 1), "too wide"),
     (check_histogram_bin, lambda x, a, b, n: max(math.ceil((x - a) / (b - a) * n) - 1, 0), "upper of its two bins"),
     (check_nearest_centers, lambda s, c: np.abs(s[:, None] - c).sum(axis=2).argmin(axis=1), "sum of their squares"),
+    (check_nearest_centers, lambda s, c: (s[:, None] - c).sum(axis=2).argmin(axis=1), "without squaring"),
     (check_nearest_centers, lambda s, c: np.abs(s[:, :1] - c[:, 0]).argmin(axis=1), "first dimension only"),
     (check_nearest_centers, lambda s, c: squared(s, c).argmax(axis=1), "farthest"),
     (check_nearest_centers, lambda s, c: squared(s, c).argmin(axis=1) + 1, "from 1"),
@@ -119,6 +138,8 @@ MISTAKES = [
     (check_update_centers, lambda s, of, c: np.array([s[of == k].mean(axis=0) for k in np.unique(of)]), "no row"),
     (check_update_centers, counted_twice, "counted twice"),
     (check_update_centers, far_from_empty, "farthest from the empty centre"),
+    (check_update_centers, refilled_by(nearness_to_empty), "nearest to the empty centre"),
+    (check_update_centers, refilled_by(distance_after_update), "after the means were taken"),
     (check_update_centers, medians, "median"),
     (check_update_centers, over_all, "number of all samples"),
     (check_inertia, lambda s, c: np.sqrt(squared(s, c)).min(axis=1).sum(), "adds up their squares"),

@@ -24,13 +24,12 @@ def height_at(speed, angle, distance):
     return speed * math.sin(angle) * time - G * time**2 / 2
 
 
-def ways_out(motions, gap, rise):
+def ways_out(motions, gap, rise, pull=G, radians=np.radians):
     magnitude, angle = motions.T
-    v_y = magnitude * np.cos(np.radians(angle)) * TAU
-    v_z = (magnitude * np.sin(np.radians(angle)) - G) * TAU
-    under_root = v_z**2 - 2 * G * rise
-    time = (v_z - np.sqrt(np.maximum(under_root, 0))) / G
-    return (under_root > 0) & (v_y * time < gap)
+    v_y = magnitude * np.cos(radians(angle)) * TAU
+    v_z = (magnitude * np.sin(radians(angle)) - pull) * TAU
+    time = gap / v_y
+    return v_z * time - G * time**2 / 2 > rise
 
 
 SOLUTIONS = {
@@ -62,19 +61,19 @@ def without_root(motions, gap, rise):
 
 
 def in_degrees(motions, gap, rise):
-    magnitude, angle = motions.T
-    v_y, v_z = magnitude * np.cos(angle) * TAU, (magnitude * np.sin(angle) - G) * TAU
-    under_root = v_z**2 - 2 * G * rise
-    time = (v_z - np.sqrt(np.maximum(under_root, 0))) / G
-    return (v_z > 0) & (under_root > 0) & (v_y * time < gap)
+    return ways_out(motions, gap, rise, radians=np.asarray)
 
 
-def on_the_way_down(motions, gap, rise):
+def without_gravity_in_the_push(motions, gap, rise):
+    return ways_out(motions, gap, rise, pull=0.0)
+
+
+def high_before_the_riser(motions, gap, rise):
     magnitude, angle = motions.T
     v_y = magnitude * np.cos(np.radians(angle)) * TAU
     v_z = (magnitude * np.sin(np.radians(angle)) - G) * TAU
     under_root = v_z**2 - 2 * G * rise
-    time = (v_z + np.sqrt(np.maximum(under_root, 0))) / G
+    time = (v_z - np.sqrt(np.maximum(under_root, 0))) / G
     return (under_root > 0) & (v_y * time < gap)
 
 
@@ -112,10 +111,12 @@ MISTAKES = [
     (check_height_at, heights(lambda v, a, x: x / v), "forward part"),
     (check_height_at, heights(lambda v, a, x: x / (v * math.sqrt(math.cos(a)))), "squared"),
     (check_height_at, heights(lambda v, a, x: 0.0), "straight line"),
+    (check_height_at, mistaken(height_at, result=lambda z: max(z, 0.0)), "negative"),
     (check_ways_out, tangent_rule, "fast push"),
     (check_ways_out, lambda m, g, h: tangent_rule(m, h, g), "upside down"),
     (check_ways_out, in_degrees, "radians"),
-    (check_ways_out, on_the_way_down, "comes down"),
+    (check_ways_out, high_before_the_riser, "come down again"),
+    (check_ways_out, without_gravity_in_the_push, "during the push"),
     (check_ways_out, without_root, "must go"),
     (check_ways_out, lambda m, g, h: np.flatnonzero(ways_out(m, g, h)), "row numbers"),
 ]

@@ -42,11 +42,11 @@ def test_moving_a_control_draws_anew():
     assert 'alt="A bar of height 5, b, True."' in picture.value
 
 
-def test_numbers_are_sliders_words_buttons_or_a_list_and_truth_is_ticked():
+def test_numbers_and_many_words_are_sliders_few_words_buttons_and_truth_is_ticked():
     kinds = [type(child).__name__ for child in explore(draw, **CONTROLS).widget().children]
     assert kinds == ["SelectionSlider", "ToggleButtons", "Checkbox", "HTML"]
     many = explore(draw, word=list("abcdefgh")).widget()
-    assert type(many.children[0]).__name__ == "Dropdown"
+    assert type(many.children[0]).__name__ == "SelectionSlider"
 
 
 def test_a_control_has_its_label_and_unit():

@@ -1,0 +1,380 @@
+"""Lesson 08: episodes, gaps, and their pictures."""
+
+import math
+
+import gymnasium as gym
+import ipywidgets
+import numpy as np
+import pytest
+
+from stairlab import Prototypes, Staircase, alt_text, best_return, random_prototypes, trap_width, uniform_prototypes
+from stairlab.course import up_the_stairs as lesson
+from stairlab.course.up_the_stairs import Game, StairsGame
+from stairlab.envs import DiscreteMotions
+from stairlab.planning import jump_reward
+from stairlab.world import StairWorld
+
+SINGLE, LEAP, HOP = [300.0, 70.0], [600.0, 75.0], [50.0, 89.0]
+THREE = np.array([SINGLE, LEAP, HOP])
+SHORT = Staircase(3, last_run=10.0)
+
+
+@pytest.fixture(scope="module")
+def sets():
+    return {"own": Prototypes(THREE, np.array([1, 2, 3])), "random": random_prototypes(StairWorld(), 4, seed=0)}
+
+
+@pytest.fixture(scope="module")
+def plans(sets):
+    stairs = Staircase.fifteen()
+    return {name: best_return(stairs, one, max_jumps=4, progress=False) for name, one in sets.items()}
+
+
+@pytest.fixture
+def stairs_game(sets, plans):
+    return StairsGame(sets, plans)
+
+
+def words_in(figure):
+    return " ".join(
+        [*(text.get_text() for ax in figure.axes for text in ax.texts), *(ax.get_title("left") for ax in figure.axes)]
+    )
+
+
+# Rewards
+
+
+@pytest.mark.parametrize("dz", [0.3, 0.9, 0.06])
+def test_all_readings_pay_one_for_a_climb(dz):
+    assert [reward(dz, 0.3) for reward in lesson.READINGS.values()] == [1, 1, 1]
+
+
+def test_the_printed_reading_pays_for_falling_and_the_others_do_not():
+    assert [reward(-0.6, 0.3) for reward in lesson.READINGS.values()] == pytest.approx([2, -2, -2])
+
+
+def test_only_the_dead_band_does_not_pay_for_jitter():
+    assert [reward(1e-14, 0.3) for reward in lesson.READINGS.values()] == [1, 1, 0]
+
+
+@pytest.mark.parametrize("reading", lesson.READINGS)
+def test_a_reading_is_drawn_over_the_others_and_says_what_it_pays(reading):
+    figure = lesson.draw_reading(reading)
+    widths = [line.get_linewidth() for line in figure.axes[0].lines]
+    assert sum(width > 2 for width in widths) == 1
+    assert reading in alt_text(figure)
+    assert f"{lesson.READINGS[reading](-0.6, 0.3):.3g} for -0.6 m" in alt_text(figure)
+
+
+# Episodes
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_game_gives_what_the_environment_gives(seed):
+    motions = random_prototypes(StairWorld(), 6, seed=seed)
+    env, game = DiscreteMotions(gym.make("stairlab/UpTheStairs-v0"), motions), Game(motions)
+    first, _ = env.reset()
+    np.testing.assert_array_equal(first, game.observation)
+    rng = np.random.default_rng(seed)
+    while not game.over:
+        action = int(rng.integers(6))
+        game.jump(action)
+        observation, reward, terminated, truncated, info = env.step(action)
+        np.testing.assert_array_equal(observation, game.observation)
+        assert (reward, info["steps"]) == (game.rewards[-1], game.steps[-1])
+        assert (terminated or truncated) == game.over
+
+
+def test_undoing_all_jumps_leads_back_to_the_start_and_replaying_them_to_the_same_places():
+    game = Game(THREE)
+    for action in (0, 1, 2, 0):
+        game.jump(action)
+    places = [state.tolist() for state in game.states]
+    for _ in range(4):
+        game.undo()
+    game.undo()  # nothing at the start
+    assert (game.value, game.steps.tolist(), game.actions) == (0, [0], [])
+    for action in (0, 1, 2, 0):
+        game.jump(action)
+    assert [state.tolist() for state in game.states] == places
+
+
+def test_undo_takes_the_end_of_an_episode_back():
+    game = Game(THREE, SHORT)
+    game.jump(1)
+    assert game.over
+    assert game.on_top
+    game.undo()
+    assert not game.over
+    game.jump(0)
+    assert game.steps.tolist() == [0, 1]
+
+
+def test_a_game_that_is_over_and_a_motion_that_is_none_are_refused():
+    game = Game(THREE, SHORT, max_jumps=1)
+    with pytest.raises(ValueError, match="from 0 to 2, not 3"):
+        game.jump(3)
+    game.jump(2)
+    with pytest.raises(ValueError, match="The episode is over"):
+        game.jump(0)
+
+
+def test_looking_where_a_motion_leads_changes_nothing():
+    game = Game(THREE)
+    game.jump(0)
+    before = game.observation.tolist()
+    jump = game.lead(0)
+    assert game.observation.tolist() == before
+    game.jump(0)
+    np.testing.assert_array_equal(jump.end, game.states[-1])
+
+
+def test_the_return_is_the_last_step_less_what_leaps_skip():
+    rng = np.random.default_rng(3)
+    for seed in range(3):
+        motions = random_prototypes(StairWorld(), 6, seed=seed)
+        game = lesson.play(motions, lambda seen: int(rng.integers(6)), max_jumps=15)
+        skipped = (game.gains[game.gains > 0] - 1).sum()
+        assert round(game.value) == game.steps[-1] - skipped
+        assert game.value == sum(jump_reward(dz, 0.3) for dz in np.diff(game.heights))
+
+
+def test_one_motion_climbs_all_fifteen_steps_and_stays_out_of_its_trap():
+    game = lesson.repeat(SINGLE)
+    assert (game.value, game.on_top, len(game.actions)) == (15, True, 15)
+    assert game.gaps[:-1].min() > trap_width(Staircase.fifteen(), [SINGLE])
+
+
+def test_a_motion_that_gets_stuck_is_not_repeated_in_vain():
+    stuck = lesson.repeat((454, 80))
+    whole = lesson.play([[454, 80]], lambda seen: 0)
+    assert len(stuck.actions) < 20
+    assert len(whole.actions) == 50
+    assert stuck.value == whole.value
+
+
+def test_a_plan_is_replayed_to_its_value(sets, plans):
+    for name, plan in plans.items():
+        game = lesson.replay_plan(sets[name], plan)
+        assert game.value == plan.value
+        assert game.over
+        np.testing.assert_array_equal(game.states, plan.states)
+
+
+@pytest.mark.parametrize("jumps", [None, 0, 1, 3])
+def test_an_episode_is_drawn_with_a_bar_for_each_jump_shown(jumps):
+    game = lesson.play(THREE, lambda seen: 0, max_jumps=3)
+    figure = lesson.draw_episode(game, jumps)
+    count = 3 if jumps is None else jumps
+    _, ledger = figure.axes
+    assert len(ledger.patches) == 2 * count
+    assert f"first {count} of 3 jumps" in alt_text(figure)
+    assert f"return {count}" in alt_text(figure)
+
+
+def test_an_episode_that_leaves_the_stairs_says_so():
+    game = lesson.play([[1000.0, 45.0]], lambda seen: 0, Staircase(1))
+    assert "off the stairs" in alt_text(lesson.draw_episode(game))
+
+
+def test_gaps_are_drawn_for_each_episode_with_the_trap():
+    games = {"single steps": lesson.repeat(SINGLE), "stuck": lesson.repeat((454, 80))}
+    figure = lesson.draw_gaps(games, 0.04)
+    assert "to the top after 15 jumps" in alt_text(figure)
+    assert "trap is 40.0 mm wide" in alt_text(figure)
+    assert "trap" in words_in(figure)
+    assert "trap" not in words_in(lesson.draw_gaps(games))
+
+
+# The gap
+
+
+def test_from_a_gap_a_motion_does_what_the_world_does():
+    stairs, world = Staircase.fifteen(), StairWorld(Staircase.fifteen())
+    start = world.reset(world.state_at(stairs.risers[7] - 0.05 - 0.2, 0.3 * 7 + 0.05))
+    assert lesson.gap_of(start, stairs) == pytest.approx(0.2)
+    jump = world.jump(*SINGLE)
+    gained, gap = lesson.from_gap(SINGLE, 0.2)
+    assert (gained, gap) == (lesson.step_of(jump.end, stairs) - 7, lesson.gap_of(jump.end, stairs))
+
+
+def test_inside_the_trap_no_motion_climbs_and_beyond_it_one_does():
+    width = trap_width(Staircase.fifteen(), THREE)
+    assert math.isfinite(lesson.widest_after(THREE, 0.5 * width))
+    assert math.isinf(lesson.widest_after(THREE, 0.25))
+
+
+@pytest.mark.parametrize(
+    ("gap", "angle", "said"),
+    [
+        (10, 85, "no step"),
+        (10, 89, "+1 step"),
+        (5, 75, "no step"),
+        (80, 80, "+2 steps"),
+        (5, 89, "no step"),
+        (80, 89, "rests 632 mm before it"),
+    ],
+)
+def test_a_push_near_a_riser_is_drawn_with_what_becomes_of_it(gap, angle, said):
+    figure = lesson.draw_push(gap, angle)
+    assert said in alt_text(figure)
+    assert f"{gap / 1000 * math.tan(math.radians(angle)):.3f} m" in words_in(figure)
+
+
+@pytest.mark.parametrize(("jumps", "narrowest"), [(0, 0.3), (3, 0.3), (15, 100)])
+def test_a_map_of_gaps_is_drawn_with_its_cobweb(jumps, narrowest):
+    figure = lesson.draw_gap_map(SINGLE, jumps, narrowest)
+    assert "300 N at 70°" in alt_text(figure)
+    assert (f"step {jumps}." in alt_text(figure)) == bool(jumps)
+    assert figure.axes[0].get_xscale() == ("log" if narrowest < 10 else "linear")
+
+
+def test_the_table_of_motions_has_a_cell_for_each_motion_and_gap():
+    figure = lesson.draw_action_table(THREE, 0.04)
+    assert len(figure.axes[0].patches) == 3 * len(lesson.TABLE_GAPS)
+    assert "trap" in words_in(figure)
+    assert "Table of the steps that each of 3 motions gains" in alt_text(figure)
+    assert "trap" not in words_in(lesson.draw_action_table(Prototypes(THREE)))
+
+
+def test_a_leap_off_the_stairs_is_named_in_the_table():
+    assert "off" in words_in(lesson.draw_action_table(np.array([[1000.0, 60.0]])))
+
+
+def test_the_grid_finds_a_way_out_and_flat_motions_do_not(monkeypatch):
+    monkeypatch.setattr(lesson, "CLOSE_GAPS", np.array([0.0005, 0.002, 0.01, 0.05]))
+    figure = lesson.draw_ways_out(
+        grid=uniform_prototypes(StairWorld()), flat=Prototypes(np.array([[500.0, 60.0], [300.0, 70.0]]))
+    )
+    said = alt_text(figure)
+    assert "grid" in said
+    assert "some motion leads on" in said.split("flat")[0]
+    assert "nothing leads out" in said.split("flat")[1]
+
+
+def test_the_map_of_single_motions_counts_those_that_climb_all_steps():
+    figure = lesson.draw_single_motions([300, 330], [70, 76], own=Prototypes(THREE))
+    assert "4 motions: 2 return 15" in alt_text(figure)
+
+
+def test_a_map_of_single_motions_that_all_climb_or_all_fail_is_drawn_too():
+    assert "1 motions: 1 return 15" in alt_text(lesson.draw_single_motions([300], [70]))
+    assert "1 motions: 0 return 15" in alt_text(lesson.draw_single_motions([100], [60]))
+
+
+@pytest.mark.slow
+def test_the_map_of_single_motions_is_drawn_with_its_defaults():
+    assert "143 motions: 14 return 15" in alt_text(lesson.draw_single_motions())
+
+
+# The game, played by hand
+
+
+@pytest.mark.parametrize("preview", [False, True])
+def test_a_game_is_drawn_with_return_gap_and_planner(sets, plans, preview):
+    game, rival = Game(sets["own"]), lesson.replay_plan(sets["own"], plans["own"])
+    for _ in range(3):
+        assert "The planner after as many jumps" in alt_text(lesson.draw_game(game, rival, 0, preview))
+        game.jump(0)
+    said = alt_text(lesson.draw_game(game, rival, 1, preview))
+    assert "step 3 of 15, return 3" in said
+    assert "Chosen is motion 1, 600 N at 75°" in said
+
+
+def test_a_game_on_the_top_is_drawn_without_a_gap():
+    game = Game(THREE, SHORT)
+    game.jump(1)
+    assert "the top" in alt_text(lesson.draw_game(game))
+
+
+def test_a_set_without_a_plan_is_refused(sets, plans):
+    with pytest.raises(ValueError, match="none for other"):
+        StairsGame(sets | {"other": sets["own"]}, plans)
+
+
+def test_the_game_says_how_it_stands_and_how_it_ended(sets, plans):
+    game = StairsGame(sets, plans)
+    assert "step 0 of 15" in game.words()
+    assert "0: +1" in game.leads()
+    for _ in range(15):
+        game.game.jump(0)
+    assert "You are on the top, with a return of 15" in game.words()
+
+
+def test_without_a_kernel_the_planners_game_can_be_stepped_through(stairs_game, plans, monkeypatch):
+    assert "text/html" not in stairs_game._repr_mimebundle_()
+    monkeypatch.setenv("STAIRLAB_BOOK", "1")
+    page = stairs_game._repr_mimebundle_()["text/html"]
+    assert "stairlab-player" in page
+    assert page.count("data:image/png") == len(plans["own"]) + 2  # the first one twice
+    assert f"return {plans['own'].value:.0f}" in page
+
+
+def controls_of(widget):
+    found = {}
+    waiting = [widget]
+    while waiting:
+        one = waiting.pop()
+        waiting += getattr(one, "children", ())
+        if isinstance(
+            one, (ipywidgets.Button, ipywidgets.SelectionSlider, ipywidgets.ToggleButtons, ipywidgets.Checkbox)
+        ):
+            found[one.description] = one
+        elif isinstance(one, ipywidgets.HTML):
+            found["picture" if "<img" in one.value else "words"] = one
+    return found
+
+
+def test_in_the_widget_buttons_jump_undo_and_restart(stairs_game):
+    there = controls_of(stairs_game.widget())
+    pictures = [there["picture"].value]
+    assert there["Undo"].disabled
+    there["motion"].value = 1
+    there["Jump"].click()
+    assert stairs_game.game.actions == [1]
+    assert "+3 steps" in there["words"].value
+    pictures.append(there["picture"].value)
+    there["show where each motion leads"].value = True
+    assert "From here" in there["words"].value
+    there["show where each motion leads"].value = False
+    there["Undo"].click()
+    assert stairs_game.game.actions == []
+    there["motion"].value = 0
+    there["Jump"].click()
+    pictures.append(there["picture"].value)
+    there["Restart"].click()
+    assert stairs_game.game.actions == []
+    assert len(set(pictures)) == 3
+
+
+def test_in_the_widget_another_set_begins_another_game(stairs_game):
+    there = controls_of(stairs_game.widget())
+    there["Jump"].click()
+    there["set"].value = "random"
+    assert (stairs_game.name, stairs_game.game.actions) == ("random", [])
+    assert len(there["motion"].options) == 4
+    assert ", C" not in there["motion"].options[0][0]
+    there["set"].value = "own"
+    assert there["motion"].options[1][0] == "1: 600 N, 75°, C2"
+
+
+def test_in_the_widget_a_finished_game_takes_no_jump_until_one_is_undone(stairs_game):
+    there = controls_of(stairs_game.widget())
+    stairs_game.game.max_jumps = 2
+    for _ in range(2):
+        there["Jump"].click()
+    assert there["Jump"].disabled
+    assert "the end of the episode, with a return of 2" in there["words"].value
+    there["Undo"].click()
+    assert not there["Jump"].disabled
+
+
+def test_in_the_widget_a_jump_that_does_not_come_to_rest_is_told(stairs_game, monkeypatch):
+    there = controls_of(stairs_game.widget())
+
+    def tumble(action):
+        raise RuntimeError("The jump was not over.")
+
+    monkeypatch.setattr(stairs_game.game, "jump", tumble)
+    there["Jump"].click()
+    assert "was not over" in there["words"].value
