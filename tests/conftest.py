@@ -16,6 +16,24 @@ os.environ.setdefault("SCIPY_ARRAY_API", "1")  # else scikit-learn skips some of
 PROJECT = Path(__file__).parents[1]
 
 
+DRAWING = (
+    "course/",
+    "test_study.py",
+    "test_study_plots.py",
+    "test_study_report.py",
+    "test_claims.py",
+    "test_pipeline.py",
+)
+""" Tests that draw many pictures or make many runs: each takes a moment, together they take minutes """
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests of some files as slow."""
+    for item in items:
+        if str(item.path.relative_to(PROJECT / "tests")).startswith(DRAWING):
+            item.add_marker(pytest.mark.slow)
+
+
 @pytest.fixture
 def world() -> StairWorld:
     """Return the paper's four-step world, in its start pose."""
