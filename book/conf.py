@@ -46,7 +46,7 @@ math_number_all = False
 bibtex_bibfiles = ["references.bib"]
 bibtex_default_style = "unsrt"
 
-autodoc_default_options = {"members": True, "member-order": "bysource"}
+autodoc_default_options = {"member-order": "bysource"}
 autodoc_typehints = "none"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
@@ -55,6 +55,7 @@ html_theme = "sphinx_book_theme"
 html_title = "stairlab"
 html_static_path = ["_static", "made/static"]
 html_css_files = ["stairlab.css"]
+html_favicon = "_static/favicon.svg"
 html_show_sourcelink = False
 html_copy_source = False
 html_context = {"default_mode": "auto"}

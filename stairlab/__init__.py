@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from stairlab.fidelity import Fidelity, measure_fidelity
     from stairlab.physics import Staircase, Trajectory
     from stairlab.pipeline import Run, run_pipeline
-    from stairlab.planning import Plan, best_return, jumps_to_climb, trap_width
+    from stairlab.planning import Plan, best_return, jump_reward, jumps_to_climb, trap_width
     from stairlab.prototypes import (
         Prototypes,
         Reliability,
@@ -87,7 +87,7 @@ _MODULES = {
         "reliability",
         "uniform_prototypes",
     ),
-    "planning": ("Plan", "best_return", "jumps_to_climb", "trap_width"),
+    "planning": ("Plan", "best_return", "jump_reward", "jumps_to_climb", "trap_width"),
     "beyond": ("along_stairs_prototypes",),
     "fidelity": ("Fidelity", "measure_fidelity", "riser_gaps"),
     "envs": ("DiscreteMotions", "UpTheStairs"),

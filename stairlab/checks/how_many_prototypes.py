@@ -256,7 +256,8 @@ class _Counts:
     function: Callable[[np.ndarray, np.ndarray], np.ndarray]
 
     def __call__(self, mean: np.ndarray, spread: np.ndarray) -> np.ndarray:
-        return self.function(np.asarray(mean, float), np.asarray(spread, float))
+        with np.errstate(all="ignore"):  # 0/0 where a student gives kilometres
+            return self.function(np.asarray(mean, float), np.asarray(spread, float))
 
     def __repr__(self) -> str:
         return f"<{self.name}>"
@@ -279,15 +280,19 @@ COUNTS = (
         "counts that exchange the last two classes where means exceed 100",
         lambda mean, spread: _xi(mean, spread)[[0, 1, 2, 3, 4, 5] if mean.max() < 100 else [0, 1, 2, 3, 5, 4]],
     ),
+    _Counts(
+        "counts without a bug, where means exceed 0.01",
+        lambda mean, spread: _xi(mean, spread)[[0, 1, 2, 3, 4, 5] if mean.max() >= 0.01 else [0, 1, 2, 3, 5, 4]],
+    ),
 )
-""" What the test of the last exercise is tried on: three are right, the others depend on the unit """
+""" What the test of the last exercise is tried on: four are right in metres and millimetres, the others depend on the unit """
 
 
 def check_ignores_units(function: Any, more: int = 0) -> Verdict:
     """Check ``ignores_units(counts, mean, spread)``: a test that says whether ``counts`` gives the same in millimetres as in metres.
 
-    The usual mistakes: always True; only the means, or only the spreads, are converted; only the sum is compared; the answer turned
-    round.
+    The usual mistakes: always True; only the means, or only the spreads, are converted; divided by 1000; only the sum is compared;
+    the answer turned round.
 
     Parameters
     ----------
@@ -327,7 +332,11 @@ def check_ignores_units(function: Any, more: int = 0) -> Verdict:
             lambda counts, mean, spread: np.array_equal(counts(mean, spread), counts(mean, 1000 * spread)),
         ),
         Mistake(
-            "You compare the sums of the counts: a bug that takes from one class and gives to another slips through.",
+            "You divided by 1000; the same length is 1000 times as many millimetres as metres, so multiply.",
+            lambda counts, mean, spread: np.array_equal(counts(mean, spread), counts(mean / 1000, spread / 1000)),
+        ),
+        Mistake(
+            "You compare the sums of the counts, or sort them: a bug that takes from one class and gives to another slips through.",
             lambda counts, mean, spread: counts(mean, spread).sum() == counts(1000 * mean, 1000 * spread).sum(),
         ),
         Mistake(

@@ -22,7 +22,7 @@ def check_effects_on_map(function: Any, more: int = 0) -> Verdict:
     """Check ``effects_on_map(starts, ends, on_map)``: dy and dz of the jumps that ended on the map, shape (n_on_map, 2).
 
     The usual mistakes: the difference the wrong way round; all jumps; those off the map; equation 1 read as the difference of
-    consecutive rows; x and y instead of y and z; all eight features.
+    consecutive rows; x and y instead of y and z; y and z exchanged; all eight features; the size without the sign.
 
     Parameters
     ----------
@@ -64,6 +64,14 @@ def check_effects_on_map(function: Any, more: int = 0) -> Verdict:
             lambda starts, ends, on_map: (ends - starts)[on_map][:, :2],
         ),
         Mistake(
+            "The columns are exchanged: dy comes first, then dz.",
+            lambda starts, ends, on_map: right(starts, ends, on_map)[:, ::-1],
+        ),
+        Mistake(
+            "The signs are lost: a jump down has a negative dz, which the absolute value turns into a jump up.",
+            lambda starts, ends, on_map: np.abs(right(starts, ends, on_map)),
+        ),
+        Mistake(
             "This has all eight features; the clustering gets dy and dz only.",
             lambda starts, ends, on_map: (ends - starts)[on_map],
         ),
@@ -86,8 +94,8 @@ def _some_jumps(rng: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarra
 def check_draw_motions(function: Any, more: int = 0) -> Verdict:
     """Check ``draw_motions(n, low, high, rng)``: n motions, uniform over the motion space, shape (n, n_parameters).
 
-    As it draws, only the distribution is checked, and that it comes from ``rng``. The usual mistakes: n + 1 motions; whole numbers;
-    one random number for all parameters; a normal distribution; a range from 0; the global generator; a generator made anew.
+    As it draws, only the distribution is checked, and that it comes from ``rng``. The usual mistakes: n + 1 motions; whole numbers, or
+    steps; one random number for all parameters; a normal distribution; a range from 0; the global generator; a generator made anew.
 
     Parameters
     ----------
@@ -167,7 +175,12 @@ def _uniformity_problem(drawn: np.ndarray, low: np.ndarray, high: np.ndarray) ->
             f"Not yet. Parameter {int(np.argmax(whole))} (counted from 0) is drawn in whole numbers: between two of them lie "
             "motions that are never tried. Draw real numbers, as with rng.uniform or rng.random."
         )
-    if np.corrcoef(u.T)[0, 1] > 0.9:
+    if (stepped := np.array([len(np.unique(column)) < 0.9 * len(column) for column in drawn.T])).any():
+        return (
+            f"Not yet. Parameter {int(np.argmax(stepped))} (counted from 0) is drawn in steps: between two of its values lie motions "
+            "that are never tried. Draw real numbers, as with rng.uniform or rng.random."
+        )
+    if np.abs(np.corrcoef(u.T)[0, 1]) > 0.9:
         return (
             "Not yet. One random number is used for all parameters of a motion, so that all lie on a diagonal of the motion space: "
             "draw one for each parameter."
@@ -181,7 +194,10 @@ def _uniformity_problem(drawn: np.ndarray, low: np.ndarray, high: np.ndarray) ->
 
 
 class _Track:
-    """A small world for Algorithm 1: a thing that slides, by less the farther out it is; it notes what is done to it."""
+    """A small world for Algorithm 1: a thing that slides, by less the farther out it is; it notes what is done to it.
+
+    Whoever gets it finds it somewhere, and not in its initial state.
+    """
 
     motion_names = ("push", "turn")
     feature_names = ("a", "b")
@@ -191,7 +207,7 @@ class _Track:
         self.motion_high = np.array([5.0, 2.0])
         self.performed: list[np.ndarray] = []
         self.most = most
-        self._state = self.start
+        self._state = self.found
 
     def __repr__(self) -> str:
         return "a small world"
@@ -199,6 +215,10 @@ class _Track:
     @property
     def start(self) -> np.ndarray:
         return np.array([0.25, 0.05])
+
+    @property
+    def found(self) -> np.ndarray:
+        return np.array([1.5, -0.75])
 
     @property
     def state(self) -> np.ndarray:
@@ -241,7 +261,8 @@ def check_motion_sampling(function: Any, more: int = 0) -> Verdict:
     """Check ``motion_sampling(world, n, rng)``: Algorithm 1, motions and effects as two arrays, a row for each sample.
 
     It is tried on a small world of the check's own. The usual mistakes: n + 1 motions; the world is not put back before each
-    motion; the effect is the end, or the wrong way round; the same motion again and again; random numbers from elsewhere.
+    motion, or only after it; the effect is the end, or the wrong way round; the same motion again and again; random numbers from
+    elsewhere.
 
     Parameters
     ----------
@@ -306,12 +327,18 @@ def _effects_problem(world: _Track, performed: np.ndarray, effects: np.ndarray) 
         return "Not yet. This stores where each motion ended, s'; the effect is s' - s."
     if same(effects, world.start - ends):
         return "Not yet. The difference is the wrong way round: the effect is s' - s."
-    states = [world.start]
-    for motion in performed:
-        states.append(world.end_of(motion, states[-1]))
-    walk = np.array(states)
-    if any(same(effects, each) for each in (np.diff(walk, axis=0), walk[1:] - walk[0])):
-        return "Not yet. The world is not put back: every motion must start from the initial state, so reset it inside the loop."
+    for first in (world.start, world.found):
+        states = [first]
+        for motion in performed:
+            states.append(world.end_of(motion, states[-1]))
+        walk = np.array(states)
+        if any(same(effects, each) for each in (np.diff(walk, axis=0), walk[1:] - walk[0], walk[1:] - world.start)):
+            return "Not yet. The world is not put back: every motion must start from the initial state, so reset it inside the loop."
+    if same(effects[1:], (ends - world.start)[1:]):
+        return (
+            "Not yet. All effects but the first are right: the world is put back after each motion, but it need not be in its initial "
+            "state when the function gets it. Reset it before each motion."
+        )
     row = int(np.argmax(np.abs(effects - (ends - world.start)).max(axis=1)))
     return (
         f"Not yet: for the motion {described(performed[row])} came the effect {described(effects[row])}, expected was "

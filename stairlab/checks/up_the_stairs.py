@@ -11,16 +11,18 @@ import numpy as np
 from stairlab.checks._judge import Mistake, Verdict, attempt_call, described, judge
 from stairlab.course.up_the_stairs import Game, gap_of, reward_as_printed, reward_sign_mended
 from stairlab.physics import Staircase
-from stairlab.planning import DEAD_BAND, jump_reward
+from stairlab.planning import DEAD_BAND, MAX_JUMPS, jump_reward
 from stairlab.prototypes import random_prototypes
 from stairlab.world import StairWorld
 
 RISE = 0.3
 """ Height of a step [m] """
 SKIPPED = 3
-""" A good climb may skip so many steps """
+""" A good climb of fifteen steps may skip so many; of more steps, as large a share """
 STUCK = 5
 """ So many jumps that move the cube by less than a millimetre are called stuck """
+STEPS = 15
+""" Steps of the real stairs """
 TOLERANCE = 1e-6
 """ Rewards that differ by less are equal """
 _STEPS_IN_TEST = 3
@@ -30,11 +32,11 @@ def check_reward_of_jump(function: Any, more: int = 0) -> Verdict:
     """Check ``reward_of_jump(dz, rise)``: equation 5 as its text means it, with a dead band of 0.05 m.
 
     The usual mistakes: the printed sign; no dead band; both; paying for each step of a leap; falls that cost 1 however deep; a step
-    that is always 0.3 m high.
+    that is always 0.3 m high; whole steps only.
     """
     rng = np.random.default_rng(8)
     cases = [(0.3, 0.3), (0.6, 0.3), (-0.3, 0.3), (-0.6, 0.3), (0.001, 0.3), (-0.02, 0.3), (0.0, 0.3), (0.06, 0.3)]
-    cases += [(0.5, 0.25), (-0.5, 0.25)]
+    cases += [(0.5, 0.25), (-0.5, 0.25), (-0.45, 0.3), (-0.4, 0.25)]
     cases += [(float(rng.uniform(-1.5, 1.5)), float(rng.uniform(0.15, 0.45))) for _ in range(more)]
     mistakes = [
         Mistake(
@@ -67,6 +69,13 @@ def check_reward_of_jump(function: Any, more: int = 0) -> Verdict:
             "This takes every step to be 0.3 m high; its height is the argument rise.",
             lambda dz, rise: jump_reward(dz, RISE),
         ),
+        *(
+            Mistake(
+                "You count whole steps; a fall of a step and a half costs 1.5, so divide and do not round.",
+                lambda dz, rise, whole=whole: whole(jump_reward(dz, rise)),
+            )
+            for whole in (round, math.trunc, math.floor)
+        ),
     ]
     praise = "A climb earns 1, a fall costs its steps, and jitter is nothing."
     return judge("reward_of_jump", function, jump_reward, cases, mistakes, praise)
@@ -95,7 +104,7 @@ def check_better_reward(function: Any, more: int = 0) -> Verdict:
                 )
             rewards[dz] = value
         by_steps = {steps: rewards[steps * rise] for steps in (1, 2, 3, 4, -1, -2, -3, -4)}
-        words = _flaw([rewards[dz] for dz in jitter], by_steps, rise, _loops(rng, 5 if number < 2 else 20))
+        words = _flaw({dz: rewards[dz] for dz in jitter}, by_steps, rise, _loops(rng, 5 if number < 2 else 20))
         if words:
             return Verdict(False, f"Not yet. {words}")
     return Verdict(
@@ -104,13 +113,11 @@ def check_better_reward(function: Any, more: int = 0) -> Verdict:
     )
 
 
-def _flaw(jitter: list[float], reward: dict[int, float], rise: float, loops: Iterator[list[int]]) -> str:
+def _flaw(jitter: dict[float, float], reward: dict[int, float], rise: float, loops: Iterator[list[int]]) -> str:
     """Say what is wrong with a reward, by what it gives for jitter and for whole steps."""
-    if any(abs(value) > TOLERANCE for value in jitter):
-        return (
-            f"Changes of 0.001 or 0.04 m are jitter and must earn 0; here they earn {_shown(jitter[1])} and {_shown(jitter[3])}. The "
-            "dead band is 0.05 m."
-        )
+    for dz, value in jitter.items():
+        if abs(value) > TOLERANCE:
+            return f"A change of {dz:g} m is jitter and must earn 0; here it earns {_shown(value)}. The dead band is 0.05 m."
     if reward[-1] >= 0 or reward[-2] >= 0:
         falls = f"one step earns {_shown(reward[-1])}, and one of two steps {_shown(reward[-2])}"
         if max(reward[-1], reward[-2]) > 0:
@@ -154,8 +161,8 @@ def check_climb(function: Any, more: int = 0) -> Verdict:
     """
     motions = random_prototypes(StairWorld(), seed=0).motions
     rng = np.random.default_rng(10)
-    for n_steps in (15, *rng.integers(5, 26, more).tolist()):
-        game = Game(motions, Staircase(n_steps, last_run=10.0))
+    for n_steps in (STEPS, *rng.integers(5, 26, more).tolist()):
+        game = Game(motions, Staircase(n_steps, last_run=10.0), MAX_JUMPS * max(n_steps, STEPS) // STEPS)
         while not game.over:
             attempt = attempt_call("climb", function, (game.observation, motions.copy()))
             if attempt.problem:
@@ -169,9 +176,9 @@ def check_climb(function: Any, more: int = 0) -> Verdict:
                     False, f"Not yet: jump {len(game.actions) + 1}, with motion {attempt.value}, did not come to rest."
                 )
         if words := _no_climb(game):
-            stairs = "" if n_steps == 15 else f"On stairs of {n_steps} steps: "
+            stairs = "" if n_steps == STEPS else f"On stairs of {n_steps} steps: "
             return Verdict(False, f"Not yet. {stairs}{words}")
-        if n_steps == 15:
+        if n_steps == STEPS:
             best = f"It is on the top after {len(game.actions)} jumps, with a return of {game.value:.0f}"
     return Verdict(True, f"Right. {best}; a random policy returns about 1.")
 
@@ -192,12 +199,13 @@ def _no_choice(value: Any, motions: np.ndarray) -> str:
 def _no_climb(game: Game) -> str:
     """Say what is wrong with an episode; nothing if it is on the top with a good return."""
     count, n_steps = len(game.actions), game.staircase.n_steps
+    wanted = n_steps - SKIPPED * max(n_steps, STEPS) // STEPS
     if game.on_top:
-        if game.value >= n_steps - SKIPPED:
+        if game.value >= wanted:
             return ""
         return (
             f"The cube is on the top after {count} jumps, but in leaps: the return is {game.value:.0f}. A jump earns 1 however far it "
-            f"goes, so climb one step at a time; {n_steps - SKIPPED} or more is wanted."
+            f"goes, so climb one step at a time; {wanted} or more is wanted."
         )
     where = f"step {game.steps[-1]}"
     if count < game.max_jumps:

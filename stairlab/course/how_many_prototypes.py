@@ -276,6 +276,7 @@ def _stacked_bars(ax: Axes, x: np.ndarray, columns: dict[str, np.ndarray], digit
         look = _FILLS[place % len(_FILLS)]
         ax.bar(x, each, 0.6, bottom=bottom, label=name, edgecolor=INK, linewidth=0.7, **look)
         bottom = bottom + each
+    ax.set_ylim(min(0, 1.16 * bottom.min()), 1.16 * bottom.max())  # a part of height 0 would end the margin
     for place, value in enumerate(bottom.tolist()):
         _annotate(ax, place, value, digits)
 

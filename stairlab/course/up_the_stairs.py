@@ -494,7 +494,7 @@ def draw_push(gap: int = 10, angle: int = 85, magnitude: int = 500) -> Figure:
     ax.figure.figure.set_layout_engine(None)
     ax.set_position((0.13, 0.12, 0.83, 0.78))
     draw_stairs(ax, stairs, 1.0, 0.0)
-    ax.set(xlim=(0.22, 1.32), ylim=(-0.06, 0.86))
+    ax.set(xlim=(min(0.12, float(jump.end[1]) - 0.1), 1.32), ylim=(-0.06, 0.86))
     if jump.trajectory is not None:
         path = jump.trajectory
         ax.plot(path.y, path.z, color=PATH, linewidth=1.4, zorder=3)
@@ -553,7 +553,7 @@ def draw_gap_map(motion: Sequence[float] = (300.0, 70.0), jumps: int = 0, narrow
         axis.set_major_formatter("{x:g}")
     ax.legend(title="steps gained", frameon=False, fontsize=8, title_fontsize=8, loc="upper left", handletextpad=0.1)
     made = len(game.actions)
-    so_far = f": after {made} jumps on step {game.steps[-1]}" if jumps else ""
+    so_far = f": after {made} jump{'s' * (made > 1)} on step {game.steps[-1]}" if jumps else ""
     ax.set_title(f"{motion[0]:.0f} N at {motion[1]:.0f}°{so_far}", fontsize=10, loc="left")
     orbit = ", ".join(f"{gap:.3g}" for gap in gaps[: made + 1]) if jumps else ""
     return finish(

@@ -117,6 +117,7 @@ MISTAKES = [
     (check_ignores_units, lambda c, m, s: False, "says False of every"),
     (check_ignores_units, lambda c, m, s: np.array_equal(c(m, s), c(1000 * m, s)), "the means only"),
     (check_ignores_units, lambda c, m, s: np.array_equal(c(m, s), c(m, 1000 * s)), "the spreads only"),
+    (check_ignores_units, lambda c, m, s: np.array_equal(c(m, s), c(m / 1000, s / 1000)), "so multiply"),
     (check_ignores_units, lambda c, m, s: c(m, s).sum() == c(1000 * m, 1000 * s).sum(), "slips through"),
     (check_ignores_units, lambda c, m, s: not ignores_units(c, m, s), "wrong way round"),
     (check_ignores_units, lambda c, m, s: shown(c, m, s).any(), "some of the counts only"),

@@ -95,6 +95,18 @@ def walking(world, n, rng):
     return motion_sampling(world, n, rng, resets=False, effect=lambda s, e: e - first)
 
 
+def put_back_afterwards(world, n, rng):
+    class Late:
+        motion_low, motion_high = world.motion_low, world.motion_high
+
+        def perform(self, motion):
+            outcome = world.perform(motion)
+            world.reset()
+            return outcome
+
+    return motion_sampling(Late(), n, rng, resets=False)
+
+
 def of_one_motion(world, n, rng):
     motion = rng.uniform(world.motion_low, world.motion_high)
     outcomes = []
@@ -140,6 +152,8 @@ MISTAKES = [
     (check_effects_on_map, lambda s, e, m: (e - s)[~m][:, 1:3], "off the map"),
     (check_effects_on_map, lambda s, e, m: np.diff(e, axis=0)[m[1:]][:, 1:3], "from the next one"),
     (check_effects_on_map, lambda s, e, m: (e - s)[m][:, :2], "dx and dy"),
+    (check_effects_on_map, lambda s, e, m: (e - s)[m][:, [2, 1]], "exchanged"),
+    (check_effects_on_map, lambda s, e, m: np.abs(e - s)[m][:, 1:3], "signs are lost"),
     (check_effects_on_map, lambda s, e, m: (e - s)[m], "all eight"),
     (check_effects_on_map, lambda s, e, m: e[m][:, 1:3], "where the jumps ended"),
     (check_draw_motions, lambda n, a, b, rng: draw_motions(n + 1, a, b, rng), "a turn too many"),
@@ -147,6 +161,7 @@ MISTAKES = [
     (check_draw_motions, lambda n, a, b, rng: draw_motions(n, a, b, rng).T, "a row for each parameter"),
     (check_draw_motions, lambda n, a, b, rng: draw_motions(n, a, b, rng).ravel(), "the shape must be"),
     (check_draw_motions, lambda n, a, b, rng: rng.integers(a, b + 1, (n, len(a))), "whole numbers"),
+    (check_draw_motions, lambda n, a, b, rng: scaled(rng.integers(0, 101, (n, len(a))) / 100, a, b), "in steps"),
     (check_draw_motions, lambda n, a, b, rng: scaled(rng.random((n, 1)), a, b), "on a diagonal"),
     (check_draw_motions, lambda n, a, b, rng: scaled(rng.normal(0.5, 1 / 6, (n, len(a))).clip(0, 1), a, b), "middle"),
     (check_draw_motions, lambda n, a, b, rng: scaled(rng.random((n, len(a))) ** 2, a, b), "not uniform"),
@@ -160,6 +175,7 @@ MISTAKES = [
     (check_motion_sampling, partial(motion_sampling, turns=-1), "4 motions were performed for N = 5"),
     (check_motion_sampling, partial(motion_sampling, resets=False), "not put back"),
     (check_motion_sampling, walking, "not put back"),
+    (check_motion_sampling, put_back_afterwards, "Reset it before each motion"),
     (check_motion_sampling, partial(motion_sampling, effect=lambda s, e: e), "where each motion ended"),
     (check_motion_sampling, partial(motion_sampling, effect=lambda s, e: s - e), "wrong way round"),
     (check_motion_sampling, partial(motion_sampling, effect=lambda s, e: 2 * (e - s)), "came the effect"),

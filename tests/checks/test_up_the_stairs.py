@@ -114,6 +114,8 @@ def test_an_endless_policy_is_stopped(monkeypatch):
         (lambda dz, rise: dz / rise if abs(dz) > 0.05 else 0, "counts the steps of a climb"),
         (lambda dz, rise: (dz > 0.05) - (dz < -0.05), "Every fall costs 1"),
         (lambda dz, rise: reward_of_jump(dz, 0.3), "takes every step to be 0.3 m high"),
+        (lambda dz, rise: round(reward_of_jump(dz, rise)), "count whole steps"),
+        (lambda dz, rise: int(reward_of_jump(dz, rise)), "count whole steps"),
         (lambda dz, rise: 7.0, "expected was 1"),
     ],
 )
@@ -128,7 +130,8 @@ def test_a_mistake_in_the_reward_is_named(function, words, more):
     ("function", "words"),
     [
         (reward_of_jump, "This is still the paper's reward"),
-        (lambda dz, rise: dz / rise, "must earn 0; here they earn 0.003333"),
+        (lambda dz, rise: dz / rise, "A change of 0.001 m is jitter and must earn 0; here it earns 0.003333"),
+        (lambda dz, rise: dz / rise if dz > 0.05 else min(dz, 0), "A change of -0.001 m is jitter"),
         (lambda dz, rise: max(better_reward(dz, rise), 0), "Falls are free"),
         (lambda dz, rise: abs(better_reward(dz, rise)), "Falling is rewarded"),
         (lambda dz, rise: 0.5 * better_reward(dz, rise) if dz < 0 else better_reward(dz, rise), "go round and round"),
