@@ -55,6 +55,7 @@ html_theme = "sphinx_book_theme"
 html_title = "stairlab"
 html_static_path = ["_static", "made/static"]
 html_css_files = ["stairlab.css"]
+html_js_files = ["stairlab.js"]
 html_favicon = "_static/favicon.svg"
 html_show_sourcelink = False
 html_copy_source = False
