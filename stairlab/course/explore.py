@@ -58,7 +58,28 @@ def explore(
     return Exploration(draw, labels or {}, controls)
 
 
-class Exploration:
+class Live:
+    """What is live where a kernel runs, and a ``Player`` of pictures made beforehand where none does; it has ``widget`` and ``player``."""
+
+    def widget(self) -> ipywidgets.Widget:
+        """Return the live widget."""
+        raise NotImplementedError
+
+    def player(self) -> Player:
+        """Return what needs no kernel."""
+        raise NotImplementedError
+
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
+        try:
+            bundle = self.widget()._repr_mimebundle_()
+        except ImportError:
+            return {"text/plain": repr(self), "text/html": self.player()._repr_html_()}
+        if os.environ.get(WITHOUT_KERNEL):
+            bundle["text/html"] = self.player()._repr_html_()
+        return bundle
+
+
+class Exploration(Live):
     """A function that draws, and controls on its arguments. Made by ``explore``.
 
     Attributes
@@ -123,15 +144,6 @@ class Exploration:
             control.observe(redraw, "value")
         redraw()
         return ipywidgets.VBox([*controls.values(), picture])
-
-    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
-        try:
-            bundle = self.widget()._repr_mimebundle_()
-        except ImportError:
-            return {"text/plain": repr(self), "text/html": self.player()._repr_html_()}
-        if os.environ.get(WITHOUT_KERNEL):
-            bundle["text/html"] = self.player()._repr_html_()
-        return bundle
 
 
 def _plain(values: Sequence[Any] | np.ndarray) -> list[Any]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -17,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
-from stairlab.course.explore import DPI, WITHOUT_KERNEL
+from stairlab.course.explore import DPI, Live
 from stairlab.course.player import Control, Player
 from stairlab.drawing import (
     COLORS,
@@ -779,7 +778,7 @@ def _returns(ax: Axes, game: Game, rival: Game | None) -> None:
     ax.tick_params(labelsize=8)
 
 
-class StairsGame:
+class StairsGame(Live):
     """Up The Stairs to be played by hand against a search: a widget in a notebook, the search's game as pictures elsewhere.
 
     Parameters
@@ -934,12 +933,3 @@ class StairsGame:
         preview.observe(look, "value")
         show()
         return ipywidgets.VBox([motion, ipywidgets.HBox([*buttons, preview]), which, said, picture])
-
-    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
-        try:
-            bundle = self.widget()._repr_mimebundle_()
-        except ImportError:
-            return {"text/plain": repr(self), "text/html": self.player()._repr_html_()}
-        if os.environ.get(WITHOUT_KERNEL):
-            bundle["text/html"] = self.player()._repr_html_()
-        return bundle
