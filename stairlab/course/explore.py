@@ -59,7 +59,7 @@ def explore(
 
 
 class Live:
-    """What is live where a kernel runs, and a ``Player`` of pictures made beforehand where none does; it has ``widget`` and ``player``."""
+    """What is live where a kernel runs, and a ``Player`` of pictures made beforehand where none does."""
 
     def widget(self) -> ipywidgets.Widget:
         """Return the live widget."""
