@@ -132,7 +132,7 @@ def check_draw_motions(function: Any, more: int = 0) -> Verdict:
 def _shape_problem(drawn: Any, n: int, parameters: int) -> str:
     try:
         array = np.asarray(drawn, dtype=float)
-    except (TypeError, ValueError):
+    except Exception:  # not numbers, or an object of a student's that fails
         return f"Not yet: draw_motions must return an array of numbers, not {described(drawn)}."
     if array.shape == (n + 1, parameters):
         return (

@@ -185,14 +185,14 @@ def check_climb(function: Any, more: int = 0) -> Verdict:
 
 def _no_choice(value: Any, motions: np.ndarray) -> str:
     """Say why a value is not the number of a motion; nothing if it is."""
-    if isinstance(value, (np.ndarray, list, tuple)) and np.size(value) == 2:
+    if (isinstance(value, (list, tuple)) and len(value) == 2) or (isinstance(value, np.ndarray) and value.size == 2):
         return f"climb returned the motion {described(value)} itself. Return its number, from 0 to {len(motions) - 1}."
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
         return f"climb returned {described(value)}, which is not a whole number."
     if not 0 <= value < len(motions):
-        return f"climb returned {value}; the motions have the numbers 0 to {len(motions) - 1}."
+        return f"climb returned {described(value)}; the motions have the numbers 0 to {len(motions) - 1}."
     return ""
 
 

@@ -1,13 +1,12 @@
-"""What the checks of lesson 07 say of solutions, of usual mistakes, and of what is no answer at all."""
-
-from functools import partial
+"""What the checks of lesson 07 say of solutions, of usual mistakes, and of what else is special to them."""
 
 import numpy as np
 import pytest
 
 from stairlab.checks import check_class_prototypes, check_medoid, check_reached_class, check_reliable_share
-from stairlab.checks._judge import judge
 from stairlab.checks.action_prototypes import around_the_middle
+
+from .verdicts import answered, assert_right
 
 
 def distances(effects, means):
@@ -43,9 +42,7 @@ SOLUTIONS = {
 
 @pytest.mark.parametrize(("check", "solution"), SOLUTIONS.items())
 def test_the_solution_is_right(check, solution):
-    assert check(solution)
-    assert check(solution, more=20)
-    assert "Right." in repr(check(solution))
+    assert_right(check, solution)
 
 
 REACHED = {
@@ -122,45 +119,7 @@ MISTAKES = [
 @pytest.mark.parametrize(("check", "words", "mistake"), MISTAKES)
 def test_each_usual_mistake_is_recognised_by_its_words(check, words, mistake):
     for more in (0, 20):
-        verdict = check(mistake, more=more)
-        assert not verdict
-        assert words in verdict.words
-
-
-def test_an_endless_loop_is_stopped(monkeypatch):
-    def endless(effect, on_map, means):
-        while True:
-            pass
-
-    monkeypatch.setattr("stairlab.checks.action_prototypes.judge", partial(judge, time_limit=0.3))
-    assert "loop that does not end" in check_reached_class(endless).words
-
-
-def stub(*arguments):
-    raise NotImplementedError("stub")
-
-
-def divides_by_zero(*arguments):
-    return 1 / 0
-
-
-@pytest.mark.parametrize("check", SOLUTIONS)
-@pytest.mark.parametrize(
-    ("answer", "words"),
-    [
-        (stub, "your turn"),
-        (divides_by_zero, "ZeroDivisionError"),
-        (lambda *arguments: None, "returned nothing"),
-        (lambda *arguments: "two", "expected was"),
-        (lambda *arguments: [[1, 2], [3]], "expected was"),
-        (lambda: 1, "must take"),
-        (3, "Give the function itself"),
-    ],
-)
-def test_what_is_no_answer_gets_a_sentence_and_raises_nothing(check, answer, words):
-    verdict = check(answer)
-    assert not verdict
-    assert words in verdict.words
+        assert words in answered(check, mistake, more=more)
 
 
 def test_a_function_that_changes_its_input_is_told_so():

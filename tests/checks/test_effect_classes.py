@@ -1,14 +1,14 @@
-"""What the checks of lesson 03 say of solutions, of usual mistakes, and of what is no answer at all."""
+"""What the checks of lesson 03 say of solutions, of usual mistakes, and of what else is special to them."""
 
 import math
 import warnings
-from functools import partial
 
 import numpy as np
 import pytest
 
 from stairlab.checks import check_histogram_bin, check_inertia, check_nearest_centers, check_update_centers
-from stairlab.checks._judge import judge
+
+from .verdicts import answered, assert_right
 
 
 def histogram_bin(value, low, high, n_bins):
@@ -49,9 +49,7 @@ SOLUTIONS = {
 
 @pytest.mark.parametrize(("check", "solution"), SOLUTIONS.items())
 def test_the_solution_is_right(check, solution):
-    assert check(solution)
-    assert check(solution, more=20)
-    assert "Right." in repr(check(solution))
+    assert_right(check, solution)
 
 
 def test_plain_loops_and_lists_are_right_too():
@@ -153,38 +151,7 @@ MISTAKES = [
 @pytest.mark.parametrize(("check", "mistake", "words"), MISTAKES, ids=[words for _, _, words in MISTAKES])
 @pytest.mark.parametrize("more", [0, 20])
 def test_usual_mistakes_are_recognised(check, mistake, words, more):
-    verdict = check(mistake, more=more)
-    assert not verdict
-    assert words in repr(verdict)
-
-
-def stub(*_):
-    raise NotImplementedError("the exercise")
-
-
-def broken(*_):
-    return 1 / 0
-
-
-@pytest.mark.parametrize("check", SOLUTIONS)
-@pytest.mark.parametrize("answer", [stub, broken, lambda *_: "three", lambda *_: None, lambda: 1, 7, None])
-def test_what_is_no_answer_gets_a_sentence(check, answer):
-    verdict = check(answer, more=2)
-    assert not verdict
-    assert len(repr(verdict)) > 20
-
-
-def test_a_stub_is_told_that_it_is_its_turn():
-    assert "not written yet" in repr(check_inertia(stub))
-
-
-def test_a_loop_without_end_is_stopped(monkeypatch):
-    def forever(*_):
-        while True:
-            pass
-
-    monkeypatch.setattr("stairlab.checks.effect_classes.judge", partial(judge, time_limit=0.2))
-    assert "a loop that does not end" in repr(check_inertia(forever))
+    assert words in answered(check, mistake, more=more)
 
 
 def test_an_answer_that_changes_its_input_is_told_so():

@@ -1,4 +1,4 @@
-"""What the checks of lesson 06 say of solutions, of usual mistakes, and of what is no answer at all."""
+"""What the checks of lesson 06 say of solutions, of usual mistakes, and of what else is special to them."""
 
 from functools import partial
 
@@ -12,7 +12,8 @@ from stairlab.checks import (
     check_update_nodes,
     check_winner_and_runner_up,
 )
-from stairlab.checks._judge import judge
+
+from .verdicts import answered, assert_right
 
 
 def winner_and_runner_up(samples, nodes):
@@ -59,9 +60,7 @@ SOLUTIONS = {
 
 @pytest.mark.parametrize(("check", "solution"), SOLUTIONS.items())
 def test_the_solution_is_right(check, solution):
-    assert check(solution)
-    assert check(solution, more=20)
-    assert repr(check(solution)).startswith("Right.")
+    assert_right(check, solution)
 
 
 def test_loops_and_lists_are_right_too():
@@ -201,9 +200,7 @@ MISTAKES = [
 @pytest.mark.parametrize(("check", "mistaken", "words"), MISTAKES)
 @pytest.mark.parametrize("more", [0, 20])
 def test_a_usual_mistake_is_recognised_by_name(check, mistaken, words, more):
-    verdict = check(mistaken, more=more)
-    assert not verdict
-    assert words in verdict.words
+    assert words in answered(check, mistaken, more=more)
 
 
 def test_changing_the_nodes_in_place_is_told():
@@ -217,44 +214,3 @@ def test_changing_the_nodes_in_place_is_told():
 def test_what_no_mistake_explains_is_shown_with_what_was_expected():
     words = check_bounded_pulls(lambda gaps, restricting: gaps * 0 + 7).words
     assert "came [7., 7.], expected was [1. , 2.4]" in words
-
-
-# What is no answer
-
-
-def stub(*arguments):
-    raise NotImplementedError("stub")
-
-
-def broken(*arguments):
-    return arguments[0].no_such_thing
-
-
-@pytest.mark.parametrize("check", SOLUTIONS)
-@pytest.mark.parametrize(
-    ("answer", "words"),
-    [
-        (stub, "not written yet"),
-        (broken, "raised AttributeError"),
-        (lambda *arguments: None, "returned nothing"),
-        (lambda *arguments: "three", "Not yet"),
-        (lambda: 1, "must take"),
-        (17, "Give the function itself"),
-        (None, "Give the function itself"),
-    ],
-)
-def test_what_is_no_answer_gets_a_sentence_and_never_an_error(check, answer, words):
-    verdict = check(answer, more=3)
-    assert not verdict
-    assert words in verdict.words
-
-
-def test_an_endless_loop_is_stopped(monkeypatch):
-    def endless(gaps, restricting):
-        while True:
-            restricting += 0
-
-    monkeypatch.setattr("stairlab.checks.growing_neural_gas.judge", partial(judge, time_limit=0.2))
-    verdict = check_bounded_pulls(endless)
-    assert not verdict
-    assert "loop" in verdict.words

@@ -1,4 +1,4 @@
-"""What the checks of lesson 04 say of solutions, of usual mistakes, and of what is no answer at all."""
+"""What the checks of lesson 04 say of solutions, of usual mistakes, and of what else is special to them."""
 
 from functools import partial
 
@@ -7,7 +7,8 @@ import pytest
 
 from stairlab import davies_bouldin_score, silhouette_samples
 from stairlab.checks import check_choose_k, check_davies_bouldin_ratio, check_scale_max_abs, check_silhouette_of
-from stairlab.checks._judge import judge
+
+from .verdicts import answered, assert_right
 
 
 def silhouette_of(i, samples, labels):
@@ -51,9 +52,7 @@ SOLUTIONS = {
 
 @pytest.mark.parametrize(("check", "solution"), SOLUTIONS.items())
 def test_the_solution_is_right(check, solution):
-    assert check(solution)
-    assert check(solution, more=20)
-    assert "Right." in repr(check(solution))
+    assert_right(check, solution)
 
 
 def test_what_the_library_says_is_right():
@@ -168,38 +167,7 @@ MISTAKES = [
 @pytest.mark.parametrize(("check", "mistake", "words"), MISTAKES, ids=[words for _, _, words in MISTAKES])
 @pytest.mark.parametrize("more", [0, 20])
 def test_usual_mistakes_are_recognised(check, mistake, words, more):
-    verdict = check(mistake, more=more)
-    assert not verdict
-    assert words in repr(verdict)
-
-
-def stub(*_):
-    raise NotImplementedError("the exercise")
-
-
-def broken(*_):
-    return 1 / 0
-
-
-@pytest.mark.parametrize("check", SOLUTIONS)
-@pytest.mark.parametrize("answer", [stub, broken, lambda *_: "six", lambda *_: None, lambda: 1, 6, None])
-def test_what_is_no_answer_gets_a_sentence(check, answer):
-    verdict = check(answer, more=2)
-    assert not verdict
-    assert len(repr(verdict)) > 20
-
-
-def test_a_stub_is_told_that_it_is_its_turn():
-    assert "not written yet" in repr(check_choose_k(stub))
-
-
-def test_a_loop_without_end_is_stopped(monkeypatch):
-    def forever(*_):
-        while True:
-            pass
-
-    monkeypatch.setattr("stairlab.checks.how_many_classes.judge", partial(judge, time_limit=0.2))
-    assert "a loop that does not end" in repr(check_silhouette_of(forever))
+    assert words in answered(check, mistake, more=more)
 
 
 def test_an_answer_that_changes_its_input_is_told_so():
