@@ -14,7 +14,7 @@ study: $(VENV)/all-installed
 	$(BIN)/stairlab study $(ARGS)
 
 test: $(VENV)/all-installed
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest -n auto --dist loadfile $(ARGS)
 
 lint: $(VENV)/all-installed
 	$(BIN)/ruff format --check .

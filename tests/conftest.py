@@ -8,6 +8,7 @@ from pathlib import Path
 
 import nbformat
 import pytest
+from filelock import FileLock
 
 from stairlab.sampling import Samples, sample_motions
 from stairlab.world import StairWorld
@@ -79,6 +80,8 @@ def site() -> Path:
     """The web book, built without a warning; what did not change since the last build is used again."""
     built = PROJECT / "book" / "_build" / "html"
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", "-b", "html", PROJECT / "book", built]
-    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    (PROJECT / "build").mkdir(exist_ok=True)
+    with FileLock(PROJECT / "build" / "site.lock"):  # tests may run in several processes
+        run = subprocess.run(command, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr[-5000:]
     return built

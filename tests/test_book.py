@@ -96,6 +96,7 @@ def leads_somewhere(target: Path, anchor: str) -> bool:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
 def test_every_link_inside_the_site_leads_somewhere(site):
     broken = []
     for path in pages(site):
@@ -108,11 +109,13 @@ def test_every_link_inside_the_site_leads_somewhere(site):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
 def test_every_picture_of_the_site_has_alternative_text(site):
     assert {path.name: page(path).silent for path in pages(site) if page(path).silent} == {}
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
 def test_every_lesson_and_exercise_is_a_page_and_no_solution_is(site):
     made = {path.stem for path in (site / "made" / "course").rglob("*.html")}
     assert {path.stem for path in (PROJECT / "notebooks").glob("[0-9]*.ipynb")} <= made
@@ -120,6 +123,7 @@ def test_every_lesson_and_exercise_is_a_page_and_no_solution_is(site):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
 def test_the_site_is_under_40_megabytes_and_a_page_under_3(site):
     files = [path for path in site.rglob("*") if path.is_file()]
     assert sum(path.stat().st_size for path in files) < 40e6
