@@ -36,7 +36,7 @@ lessons: $(VENV)/all-installed
 
 # the course as a web site, in book/_build/html; STAIRLAB_TEACHERS=1 adds the solutions
 book: $(VENV)/all-installed
-	$(BIN)/python -m sphinx -W --keep-going -n -b html book book/_build/html
+	$(BIN)/python -m sphinx -W --keep-going -n -b html -d book/_build/doctrees book book/_build/html
 
 # the students' exercises and the solutions, from notebooks/exercises/source
 exercises: $(VENV)/all-installed

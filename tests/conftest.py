@@ -79,7 +79,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 def site() -> Path:
     """The web book, built without a warning; what did not change since the last build is used again."""
     built = PROJECT / "book" / "_build" / "html"
-    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", "-b", "html", PROJECT / "book", built]
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", "-b", "html"]
+    command += ["-d", built.parent / "doctrees", PROJECT / "book", built]
     (PROJECT / "build").mkdir(exist_ok=True)
     with FileLock(PROJECT / "build" / "site.lock"):  # tests may run in several processes
         run = subprocess.run(command, capture_output=True, text=True, check=False)

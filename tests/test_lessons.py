@@ -102,12 +102,6 @@ def test_a_lesson_shows_something_that_reacts_without_a_kernel(path):
     assert 'class="stairlab-player"' in html_of(executed(path))
 
 
-@pytest.mark.slow
-@each_lesson
-def test_a_lesson_fits_a_page_of_three_megabytes(path):
-    assert len(html_of(executed(path))) < 2.8e6
-
-
 # What each must have
 
 
