@@ -1,7 +1,8 @@
 """What the exercises check: each function takes a student's function, tries it, and answers in one or two sentences.
 
-A check does not crash, hang or show a traceback because of what a student wrote, and recognises the usual mistakes by name. It
-returns a ``Verdict``, which is true if the answer is right. ``more`` asks for that many further inputs, drawn with a fixed seed.
+All are called alike: the first parameter is the student's function; ``more`` asks for that many further inputs, drawn with a fixed
+seed; the answer is a ``Verdict``, which is true if the function is right. A check does not crash, hang or show a traceback because of
+what a student wrote, and recognises the usual mistakes by name.
 """
 
 from stairlab.checks._judge import Verdict

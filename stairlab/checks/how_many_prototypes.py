@@ -28,17 +28,6 @@ def check_mean_and_spread(function: Any, more: int = 0) -> Verdict:
 
     The usual mistakes: divided by n; the variance; the mean over the dimensions instead of their sum; the spread of the sums; one
     number for each dimension; the two exchanged.
-
-    Parameters
-    ----------
-    function : callable
-        The student's function.
-    more : int
-        Number of further inputs.
-
-    Returns
-    -------
-    Verdict
     """
     rng = np.random.default_rng(50)
     cases = [
@@ -98,17 +87,6 @@ def check_coefficient_of_variation(function: Any, more: int = 0) -> Verdict:
     """Check ``coefficient_of_variation(mean, spread, largest)``: equation 3 for all classes, cut at ``largest``, shape (n_classes,).
 
     The usual mistakes: not cut; upside down; the sign of the mean lost; cut at 0 as well; cut at 1; in percent.
-
-    Parameters
-    ----------
-    function : callable
-        The student's function.
-    more : int
-        Number of further inputs.
-
-    Returns
-    -------
-    Verdict
     """
     mistakes = [
         Mistake(
@@ -179,17 +157,6 @@ def check_xi(function: Any, more: int = 0) -> Verdict:
 
     The usual mistakes: rounded, or not cut to whole numbers; rounded up; 1 - cv forgotten; cv instead of it; divided by the
     largest weight, or by the sum; no cap; cv not cut.
-
-    Parameters
-    ----------
-    function : callable
-        The student's function.
-    more : int
-        Number of further inputs.
-
-    Returns
-    -------
-    Verdict
     """
 
     def ratio(mean: np.ndarray, spread: np.ndarray) -> np.ndarray:
@@ -293,17 +260,6 @@ def check_ignores_units(function: Any, more: int = 0) -> Verdict:
 
     The usual mistakes: always True; only the means, or only the spreads, are converted; divided by 1000; only the sum is compared;
     the answer turned round.
-
-    Parameters
-    ----------
-    function : callable
-        The student's function.
-    more : int
-        Number of further inputs.
-
-    Returns
-    -------
-    Verdict
     """
 
     def right(counts: _Counts, mean: np.ndarray, spread: np.ndarray) -> bool:

@@ -23,17 +23,6 @@ def check_effects_on_map(function: Any, more: int = 0) -> Verdict:
 
     The usual mistakes: the difference the wrong way round; all jumps; those off the map; equation 1 read as the difference of
     consecutive rows; x and y instead of y and z; y and z exchanged; all eight features; the size without the sign.
-
-    Parameters
-    ----------
-    function : callable
-        The student's function.
-    more : int
-        Number of further inputs.
-
-    Returns
-    -------
-    Verdict
     """
 
     def right(starts: np.ndarray, ends: np.ndarray, on_map: np.ndarray) -> np.ndarray:
@@ -96,17 +85,6 @@ def check_draw_motions(function: Any, more: int = 0) -> Verdict:
 
     As it draws, only the distribution is checked, and that it comes from ``rng``. The usual mistakes: n + 1 motions; whole numbers, or
     steps; one random number for all parameters; a normal distribution; a range from 0; the global generator; a generator made anew.
-
-    Parameters
-    ----------
-    function : callable
-        The student's function.
-    more : int
-        Number of further seeds.
-
-    Returns
-    -------
-    Verdict
     """
     name = "draw_motions"
     for seed in range(2 + more):
@@ -263,17 +241,6 @@ def check_motion_sampling(function: Any, more: int = 0) -> Verdict:
     It is tried on a small world of the check's own. The usual mistakes: n + 1 motions; the world is not put back before each
     motion, or only after it; the effect is the end, or the wrong way round; the same motion again and again; random numbers from
     elsewhere.
-
-    Parameters
-    ----------
-    function : callable
-        The student's function.
-    more : int
-        Number of further numbers of samples.
-
-    Returns
-    -------
-    Verdict
     """
     name = "motion_sampling"
     for n in (5, 12, *range(3, 3 + more)):
@@ -359,17 +326,6 @@ def check_standard_error(function: Any, more: int = 0) -> Verdict:
     r"""Check ``standard_error(hits)``: :math:`\sqrt{p (1 - p) / N}` of the share of True in an array.
 
     The usual mistakes: the variance; the spread of a single jump; N outside the root; N - 1; in percent; two standard errors.
-
-    Parameters
-    ----------
-    function : callable
-        The student's function.
-    more : int
-        Number of further inputs.
-
-    Returns
-    -------
-    Verdict
     """
 
     def error(power: float = 0.5, per: Callable[[int], float] = float, times: float = 1.0) -> Callable[[Any], float]:

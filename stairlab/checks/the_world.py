@@ -28,17 +28,6 @@ def check_effect(function: Any, more: int = 0) -> Verdict:
     """Check ``effect(start, end)``: the effect e = s' - s of a jump, all features, shape (8,) (equation 1).
 
     The usual mistakes: the difference the wrong way round; without its sign; one length instead of eight numbers; only some features.
-
-    Parameters
-    ----------
-    function : callable
-        The student's function.
-    more : int
-        Number of further inputs.
-
-    Returns
-    -------
-    Verdict
     """
     rng = np.random.default_rng(10)
     first, second, third = (np.array(state) for state in _STATES)
@@ -81,17 +70,6 @@ def check_velocity_after_push(function: Any, more: int = 0) -> Verdict:
 
     The usual mistakes: degrees given to ``math.sin``; sine and cosine exchanged; gravity forgotten, or divided by the mass; the
     mass forgotten; the speed instead of its two parts.
-
-    Parameters
-    ----------
-    function : callable
-        The student's function.
-    more : int
-        Number of further inputs.
-
-    Returns
-    -------
-    Verdict
     """
     rng = np.random.default_rng(11)
     cases = [(450.0, 65.0, 1.0), (200.0, 30.0, 2.0), (100.0, 80.0, 0.5)]
@@ -152,17 +130,6 @@ def check_height_at(function: Any, more: int = 0) -> Verdict:
 
     The usual mistakes: degrees given to ``math.tan``; the half of g t²/2 forgotten; the whole speed taken for the forward one; no
     gravity; no height below the start.
-
-    Parameters
-    ----------
-    function : callable
-        The student's function.
-    more : int
-        Number of further inputs.
-
-    Returns
-    -------
-    Verdict
     """
     rng = np.random.default_rng(12)
     cases = [(4.0, 60.0, 0.3), (3.0, 45.0, 1.2), (6.0, 30.0, 2.0)]
@@ -224,17 +191,6 @@ def check_ways_out(function: Any, more: int = 0) -> Verdict:
 
     The usual mistakes: the rule for a fast push, which lets weak ones out; its ratio upside down; degrees given to ``np.sin``; high
     enough, but too late or only before the riser; no gravity during the push; row numbers instead of True and False.
-
-    Parameters
-    ----------
-    function : callable
-        The student's function.
-    more : int
-        Number of further inputs.
-
-    Returns
-    -------
-    Verdict
     """
     rng = np.random.default_rng(13)
     some = np.array(
