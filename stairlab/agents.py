@@ -6,7 +6,7 @@ import json
 import time
 import warnings
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -101,6 +101,7 @@ def train(
     eval_episodes: int = EVAL_EPISODES,
     env_options: dict[str, Any] | None = None,
     progress: bool = True,
+    watch: Callable[[BaseAlgorithm, pd.DataFrame], Any] | None = None,
     **settings: Any,
 ) -> Training:
     """Train an agent to climb the stairs, and evaluate it on the way.
@@ -127,6 +128,9 @@ def train(
         Of the environment, such as ``{"n_steps": 4}``.
     progress : bool
         Show a progress bar with the current return.
+    watch : callable, optional
+        Called before the first jump and after each evaluation, with the agent as it is then and the evaluations so far. It must not
+        change the agent.
     **settings
         Of the algorithm, in place of the published ones: Stable-Baselines3's defaults, and ``learning_starts=3000`` for DQN.
 
@@ -148,6 +152,8 @@ def train(
     eval_episodes = whole_number("eval_episodes", eval_episodes, low=1)
     if not isinstance(env_options, Mapping | None):
         raise TypeError(f"env_options must be a dict, such as {{'n_steps': 4}}, not {env_options!r}.")
+    if not (watch is None or callable(watch)):
+        raise TypeError(f"watch must be a function of the agent and its evaluations, not {watch!r}.")
     options = dict(env_options or {})
     for_agent, for_env, for_evaluation = (int(child.generate_state(1)[0]) for child in seed_sequence(seed).spawn(3))
     env, eval_env = make_env(motions, **options), make_env(motions, **options)
@@ -160,6 +166,7 @@ def train(
         eval_episodes if random else 1,
         for_evaluation,
         total_timesteps if progress else 0,
+        watch,
     )
     with _one_thread():
         model = ALGORITHMS[method]("MlpPolicy", env, seed=for_agent, device="cpu", **settings)  # type: ignore[call-arg]
@@ -168,7 +175,7 @@ def train(
         wall_time = time.perf_counter() - began
     chosen = None if motions is None else np.asarray(getattr(motions, "motions", motions), dtype=float).tolist()
     return Training(
-        pd.DataFrame(evaluation.rows),
+        evaluation.table(),
         {"method": method, "seed": str(seed), "total_timesteps": total_timesteps, "motions": chosen}
         | {"eval_every": eval_every, "env": options, **settings},
         package_versions(),
@@ -241,14 +248,29 @@ def _one_thread() -> Iterator[None]:
 class _Evaluation(BaseCallback):
     """Plays greedy episodes every so often, and moves the progress bar."""
 
-    def __init__(self, env: gym.Env, every: int, episodes: int, seed: int, total: int) -> None:
+    def __init__(
+        self,
+        env: gym.Env,
+        every: int,
+        episodes: int,
+        seed: int,
+        total: int,
+        watch: Callable[[BaseAlgorithm, pd.DataFrame], Any] | None,
+    ) -> None:
         super().__init__()
         self.env = env
         self.every = every
         self.episodes = episodes
         self.env.reset(seed=seed)
         self.bar = tqdm(total=total, desc="training", unit="jump", disable=not total, leave=False)
+        self.watch = watch or (lambda *_: None)
         self.rows: list[dict[str, Any]] = []
+
+    def table(self) -> pd.DataFrame:
+        return pd.DataFrame(self.rows, columns=["step", "episode", "return", "length", "climbed"])
+
+    def _on_training_start(self) -> None:
+        self.watch(self.model, self.table())
 
     def _on_step(self) -> bool:
         self.bar.update()
@@ -257,6 +279,7 @@ class _Evaluation(BaseCallback):
                 played = play_episode(self.model, self.env)
                 self.rows.append({"step": self.num_timesteps, "episode": episode, **played})
             self.bar.set_postfix_str(f"greedy return {self.rows[-1]['return']:.1f}")
+            self.watch(self.model, self.table())
         return True
 
     def _on_training_end(self) -> None:

@@ -173,6 +173,7 @@ def test_bad_arguments_are_refused_before_anything_is_trained(arguments, error, 
     ("settings", "error", "message"),
     [
         ({"eval_every": 0}, ValueError, "eval_every must be at least 1, not 0"),
+        ({"watch": 3}, TypeError, "watch must be a function of the agent and its evaluations, not 3"),
         ({"eval_episodes": "five"}, TypeError, "eval_episodes must be a whole number, not 'five'"),
         ({"env_options": 5}, TypeError, r"env_options must be a dict, such as \{'n_steps': 4\}, not 5"),
         ({"env_options": {"steps": 4}}, TypeError, "steps"),

@@ -6,7 +6,6 @@ torch and Stable-Baselines3 are imported by the functions that need them: the ta
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -19,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
 
-from stairlab._validation import Seed, seed_sequence
+from stairlab._validation import Seed
 from stairlab.drawing import COLORS, FAINT, GRID, INK, OFF_MAP, PATH, new_figure
 from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.planning import ends_episode, jump_reward
@@ -33,6 +32,8 @@ if TYPE_CHECKING:
     import torch
     from stable_baselines3 import DQN, SAC
     from stable_baselines3.common.base_class import BaseAlgorithm
+
+    from stairlab.agents import Training
 
 MOTIONS: dict[str, tuple[float, float]] = {
     "hop": (200.0, 70.0),
@@ -63,8 +64,6 @@ SCALE = 2.0
 """ ... and at what size [inches / m] """
 VALUES_EVERY = 0.01
 """ Distance between places at which a network's values are shown [m] """
-EVALUATED_EVERY = 500
-""" Jumps of training between two greedy episodes of an agent that is watched """
 STILL = 0.001
 """ A cube that moves by less hops on the spot [m] """
 MOST_NEURONS = 9
@@ -417,28 +416,6 @@ def draw_learning(episodes: int = 10, learning_rate: float = 0.3, exploration: f
 # Agents that are watched while they learn
 
 
-@dataclass(frozen=True, eq=False)
-class Watched:
-    """An agent, and what was seen while it learned. Made by ``train_live``.
-
-    Attributes
-    ----------
-    model : stable_baselines3 algorithm
-        The trained agent.
-    evaluations : pandas.DataFrame
-        A row for each greedy episode, as ``stairlab.agents.Training`` has them.
-    seen : dict of int to object
-        What ``watch`` returned before the first jump (0) and at each evaluation.
-    seconds : float
-        Time that it took, with evaluations and pictures [s].
-    """
-
-    model: BaseAlgorithm
-    evaluations: pd.DataFrame
-    seen: dict[int, Any] = field(repr=False)
-    seconds: float
-
-
 def train_live(
     method: str,
     motions: Prototypes | np.ndarray | None = None,
@@ -448,10 +425,8 @@ def train_live(
     name: str = "",
     beside: Mapping[str, pd.DataFrame] | None = None,
     watch: Callable[[Any], Any] | None = None,
-    eval_every: int = EVALUATED_EVERY,
-    env_options: Mapping[str, Any] | None = None,
-    **settings: Any,
-) -> Watched:
+    **options: Any,
+) -> tuple[Training, dict[int, Any]]:
     """Train an agent as ``stairlab.train`` does, to the bit, and draw its curve while it learns.
 
     Parameters
@@ -469,63 +444,28 @@ def train_live(
     beside : mapping of str to pandas.DataFrame, optional
         Evaluations of other agents, drawn beside.
     watch : callable, optional
-        Gets the agent before the first jump and at each evaluation; what it returns is kept.
-    eval_every : int
-        Jumps between two greedy episodes.
-    env_options : mapping, optional
-        Of the environment, such as ``{"n_steps": 4}``.
-    **settings
-        Of the algorithm, in place of the published ones.
+        Gets the agent before the first jump and at each evaluation.
+    **options
+        Further arguments of ``train``.
 
     Returns
     -------
-    Watched
+    training : Training
+        As ``train`` returns it.
+    seen : dict of int to object
+        What ``watch`` returned before the first jump (0) and at each evaluation.
     """
-    import torch
-    from stable_baselines3.common.callbacks import BaseCallback
+    from stairlab.agents import train
 
-    from stairlab.agents import ALGORITHMS, PUBLISHED_SETTINGS, make_env, play_episode
+    seen: dict[int, Any] = {}
+    picture = _LivePicture()
 
-    class Watch(BaseCallback):
-        def __init__(self, env: Any) -> None:
-            super().__init__()
-            self.env = env
-            self.rows: list[dict[str, float]] = []
-            self.seen: dict[int, Any] = {}
-            self.picture = _LivePicture()
+    def look(model: BaseAlgorithm, evaluations: pd.DataFrame) -> None:
+        if watch is not None:
+            seen[model.num_timesteps] = watch(model)
+        picture.show(draw_curves({**(beside or {}), name or method: evaluations}, total_timesteps))
 
-        def _on_training_start(self) -> None:
-            self.look()
-
-        def _on_step(self) -> bool:
-            if self.num_timesteps % eval_every == 0:
-                self.rows.append({"step": self.num_timesteps, "episode": 0, **play_episode(self.model, self.env)})
-                self.look()
-            return True
-
-        def look(self) -> None:
-            if watch is not None:
-                self.seen[self.num_timesteps] = watch(self.model)
-            curves = {**(beside or {}), name or method: self.table()}
-            self.picture.show(draw_curves(curves, total_timesteps))
-
-        def table(self) -> pd.DataFrame:
-            return pd.DataFrame(self.rows, columns=["step", "episode", "return", "length", "climbed"])
-
-    options = dict(env_options or {})
-    for_agent, for_env, for_evaluation = (int(child.generate_state(1)[0]) for child in seed_sequence(seed).spawn(3))
-    env, eval_env = make_env(motions, **options), make_env(motions, **options)
-    env.reset(seed=for_env)
-    eval_env.reset(seed=for_evaluation)
-    watching, threads, began = Watch(eval_env), torch.get_num_threads(), time.perf_counter()
-    torch.set_num_threads(1)
-    try:
-        given = PUBLISHED_SETTINGS[method] | settings
-        model = ALGORITHMS[method]("MlpPolicy", env, seed=for_agent, device="cpu", **given)  # type: ignore[call-arg]
-        model.learn(total_timesteps, callback=watching)
-    finally:
-        torch.set_num_threads(threads)
-    return Watched(model, watching.table(), watching.seen, time.perf_counter() - began)
+    return train(method, motions, seed, total_timesteps, progress=False, watch=look, **options), seen
 
 
 class _LivePicture:

@@ -194,29 +194,29 @@ def test_an_agent_that_is_watched_learns_to_the_bit_as_one_that_is_not(dqn):
 
     grid = uniform_prototypes(StairWorld())
     plain = train("dqn", grid, 0, 120, progress=False, target_update_interval=50, **QUICK)
-    pd.testing.assert_frame_equal(plain.evaluations, dqn.evaluations, check_dtype=False)
-    for mine, other in zip(dqn.model.policy.parameters(), plain.model.policy.parameters(), strict=True):
+    pd.testing.assert_frame_equal(plain.evaluations, dqn[0].evaluations, check_dtype=False)
+    for mine, other in zip(dqn[0].model.policy.parameters(), plain.model.policy.parameters(), strict=True):
         assert np.array_equal(mine.detach().numpy(), other.detach().numpy())
 
 
 @pytest.mark.slow
 def test_what_is_watched_is_kept_from_the_start(dqn):
-    assert list(dqn.seen) == [0, 40, 80, 120]
-    y, values = dqn.seen[120]
+    assert list(dqn[1]) == [0, 40, 80, 120]
+    y, values = dqn[1][120]
     assert np.nanmin(y) > 0
     assert np.nanmax(y) < 6.21
     assert np.isnan(values).sum() == 15
-    assert dqn.evaluations["step"].tolist() == [40, 80, 120]
+    assert dqn[0].evaluations["step"].tolist() == [40, 80, 120]
 
 
 @pytest.mark.slow
 def test_pictures_of_an_agent_say_what_they_show(dqn, sac):
-    curves = lesson.draw_curves({"one": dqn.evaluations, "none yet": dqn.evaluations[:0]}, 120)
+    curves = lesson.draw_curves({"one": dqn[0].evaluations, "none yet": dqn[0].evaluations[:0]}, 120)
     assert "one: " in alt_text(curves)
-    assert "120 remembered jumps" in alt_text(lesson.draw_memory(dqn.model))
-    values = {"mine": dqn.seen[120], "target": lesson.values_along(dqn.model, dqn.model.q_net_target)}
+    assert "120 remembered jumps" in alt_text(lesson.draw_memory(dqn[0].model))
+    values = {"mine": dqn[1][120], "target": lesson.values_along(dqn[0].model, dqn[0].model.q_net_target)}
     assert "mine" in alt_text(lesson.draw_values(values, "120 jumps"))
-    clouds = lesson.draw_clouds({"before": sac.seen[0], "after": sac.seen[40]})
+    clouds = lesson.draw_clouds({"before": sac[1][0], "after": sac[1][40]})
     assert "it would perform: before" in alt_text(clouds)
     for figure in (curves, clouds):
         assert png(figure, 50)
@@ -229,13 +229,13 @@ def test_a_cloud_of_motions_lies_in_the_motion_space_and_disturbs_no_generator(s
     torch.manual_seed(1)
     expected = torch.rand(1)
     torch.manual_seed(1)
-    drawn, greedy = lesson.policy_cloud(sac.model, n=50)
+    drawn, greedy = lesson.policy_cloud(sac[0].model, n=50)
     assert torch.equal(torch.rand(1), expected)
     assert drawn.shape == (50, 2)
     for motions in (drawn, greedy[None]):
         assert (motions >= [50, 1]).all()
         assert (motions <= [1000, 89]).all()
-    again, _ = lesson.policy_cloud(sac.model, n=50)
+    again, _ = lesson.policy_cloud(sac[0].model, n=50)
     assert np.array_equal(drawn, again)
 
 
