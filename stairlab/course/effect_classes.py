@@ -33,17 +33,6 @@ from stairlab.plots import class_style
 if TYPE_CHECKING:
     import ipywidgets
 
-__all__ = [
-    "draw_agreement",
-    "draw_bins",
-    "draw_distances",
-    "draw_effects",
-    "draw_far_samples",
-    "draw_inertias",
-    "draw_turn",
-    "move_centers",
-]
-
 SPREAD = 0.03
 """ Marks in the plane of effects are moved up or down by at most this much, to be seen beside each other [m] """
 PLANE = ((-0.25, 2.05), (-0.25, 1.45))

@@ -19,22 +19,6 @@ from stairlab.clustering import KMeans, RGNGStep, RobustGrowingNeuralGas
 from stairlab.drawing import COLORS, FAINT, GRID, INK, PATH, figure_legend, finish, make_axes, marker_handle
 from stairlab.plots import LINES, class_style
 
-__all__ = [
-    "draw_ages",
-    "draw_choices",
-    "draw_growth",
-    "draw_network",
-    "draw_paths",
-    "draw_regions",
-    "draw_rivals",
-    "draw_tug_of_war",
-    "four_blobs",
-    "mean_distance",
-    "rivals",
-    "some_outliers",
-    "telling_steps",
-]
-
 TWO_STEPS = 4
 """ Number of the class of jumps that gain two steps, whose look the samples have """
 TELLING = (1, 4, 20)

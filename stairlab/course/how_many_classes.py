@@ -18,22 +18,6 @@ from stairlab.effects import EffectClasses
 from stairlab.plots import class_style
 from stairlab.sampling import Samples
 
-__all__ = [
-    "KS",
-    "ClassChoices",
-    "draw_a_and_b",
-    "draw_drift",
-    "draw_grid",
-    "draw_neighbours",
-    "draw_pair",
-    "draw_scores",
-    "draw_silhouette_map",
-    "draw_silhouettes",
-    "draw_stretched",
-    "draw_votes",
-    "labels_by_k",
-]
-
 KS = range(2, 11)
 """ The numbers of classes that are tried: 2 to psi = 10 """
 FIGURES = (3, 6)
