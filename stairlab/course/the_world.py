@@ -104,36 +104,6 @@ def level_jump(magnitude: float | np.ndarray, angle: float | np.ndarray) -> tupl
     return v_y * (lands - PUSH_TIME / 2), left**2 / (2 * FRICTION * GRAVITY)
 
 
-def steps_by_formula(magnitude: float, angle: float, world: StairWorld | None = None) -> int:
-    """Count the risers that a jump from the start pose clears, by the parabola of the cube's lower front corner.
-
-    Parameters
-    ----------
-    magnitude, angle : float
-        The motion [N], [deg].
-    world : StairWorld, optional
-        The stairs; four steps by default.
-
-    Returns
-    -------
-    int
-        Steps gained; -1 if the parabola leaves the map.
-    """
-    world = world or StairWorld()
-    stairs, start = world.staircase, world.start
-    v_y, v_z = (float(v) for v in pushed(magnitude, angle))
-    steps = 0
-    for riser, height in zip(stairs.risers.tolist(), stairs.heights.tolist(), strict=True):
-        there = (riser - HALF - start[1]) / v_y + PUSH_TIME / 2
-        if v_z * (there - PUSH_TIME / 2) - GRAVITY * there**2 / 2 < height:
-            return steps
-        steps += 1
-    lands = float(time_of_fall(v_z, stairs.top))
-    left = max(v_y - FRICTION * (GRAVITY * lands - v_z), 0.0)
-    end = start[1] + v_y * (lands - PUSH_TIME / 2) + left**2 / (2 * FRICTION * GRAVITY)
-    return steps if world.on_map(world.state_at(end, stairs.top + HALF)) else -1
-
-
 def gap_by_formula(magnitude: float | np.ndarray, angle: float | np.ndarray, ahead: float = 0.3) -> np.ndarray:
     r"""Return the gap that a cube leaves to a riser that it flies into with its whole face.
 
