@@ -202,6 +202,10 @@ class EffectClasses:
         effects = finite_array("effects", effects, columns=len(self.features))
         return 1 + np.linalg.norm(effects[:, None] - self.means, axis=2).argmin(axis=1)
 
+    def reached(self, samples: Samples) -> np.ndarray:
+        """Return the class that each of some other jumps reached, shape (n,): that of the nearest mean effect, 0 off the map."""
+        return np.where(samples.on_map, self.nearest_mean(samples.effect(*self.features)), OFF_THE_MAP)
+
     def to_frame(self) -> pd.DataFrame:
         """Return a table with a row for each class: size, mean and standard deviation of each effect dimension."""
         columns = {f"mean {name}": self.means[:, i] for i, name in enumerate(self.features)}

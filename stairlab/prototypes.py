@@ -20,7 +20,7 @@ from stairlab._files import Table, read_table, write_whole
 from stairlab._validation import Seed, finite_array, one_of, read_only, seed_sequence, whole_number
 from stairlab.clustering import KMeans, RobustGrowingNeuralGas
 from stairlab.effects import EffectClasses
-from stairlab.sampling import draw_motion, motion_grid, replay_motions
+from stairlab.sampling import draw_motion, motion_grid, noisy_motions, replay_motions
 from stairlab.world import World, check_world
 
 MAX_COUNT = 10
@@ -581,9 +581,12 @@ def reliability(
     replays = whole_number("replays", replays, low=1)
     own = np.zeros(len(prototypes), int) if prototypes.classes is None else prototypes.classes
     for_exact, for_noise, for_noisy = seed_sequence(seed, "reliability").spawn(3)
-    reached = _reached_classes(world, prototypes.motions, classes, for_exact)
-    noisy_motions = _with_noise(world, prototypes.motions, replays, for_noise)
-    noisy = _reached_classes(world, noisy_motions, classes, for_noisy).reshape(len(prototypes), replays)
+    reached = classes.reached(replay_motions(world, prototypes.motions, for_exact))
+    tries = [
+        noisy_motions(world, np.tile(motion, (replays, 1)), np.random.default_rng(child))
+        for motion, child in zip(prototypes.motions, for_noise.spawn(len(prototypes)), strict=True)
+    ]
+    noisy = classes.reached(replay_motions(world, np.vstack(tries), for_noisy)).reshape(len(prototypes), replays)
     table = prototypes.to_frame().assign(
         **{
             "class": own,
@@ -600,16 +603,3 @@ def reliability(
         classes_reached=len(set(reached.tolist()) - {0}),
         table=table,
     )
-
-
-def _reached_classes(world: World, motions: np.ndarray, classes: EffectClasses, seed: Seed) -> np.ndarray:
-    outcome = replay_motions(world, motions, seed)
-    return np.where(outcome.on_map, classes.nearest_mean(outcome.effect(*classes.features)), 0)
-
-
-def _with_noise(world: World, motions: np.ndarray, replays: int, seed: Seed) -> np.ndarray:
-    noisy = [
-        motion + world.noise_scale(motion) * np.random.default_rng(child).standard_normal((replays, len(motion)))
-        for motion, child in zip(motions, seed_sequence(seed).spawn(len(motions)), strict=True)
-    ]
-    return np.clip(np.vstack(noisy), world.motion_low, world.motion_high)

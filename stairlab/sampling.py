@@ -288,6 +288,28 @@ def replay_motions(
     return _perform_all(world, motions, seed, n_jobs, progress)
 
 
+def noisy_motions(world: World, motions: np.ndarray, rng: np.random.Generator, scale: float = 1.0) -> np.ndarray:
+    """Return motions as they come out where actuators are noisy, clipped to the motion space.
+
+    Parameters
+    ----------
+    world : World
+        Says how large the noise is, see ``noise_scale`` (for the stairs 2 % of the magnitude and 1 degree).
+    motions : ndarray of shape (n_motions, n_motion_parameters)
+        The motions that were meant; for several tries of one, several equal rows.
+    rng : numpy.random.Generator
+        Draws the noise, which is Gaussian.
+    scale : float
+        Times as large as the world says.
+
+    Returns
+    -------
+    ndarray of shape (n_motions, n_motion_parameters)
+    """
+    noise = np.array([world.noise_scale(motion) for motion in motions]) * rng.standard_normal(np.shape(motions))
+    return np.clip(motions + scale * noise, world.motion_low, world.motion_high)
+
+
 def _perform_all(
     world: World, given: Sequence | np.ndarray, seed: Seed, n_jobs: int, progress: bool, *how: Any
 ) -> Samples:

@@ -14,6 +14,7 @@ from stairlab.sampling import (
     Samples,
     draw_motion,
     motion_grid,
+    noisy_motions,
     sample_motions,
 )
 from stairlab.world import FEATURES, Staircase, StairWorld
@@ -435,3 +436,14 @@ def test_samples_of_another_world_refuse_the_published_columns(tmp_path):
     with pytest.raises(ValueError, match=r"samples must have the features .* not \('east', 'north', 'height'\)"):
         sample(3, PuckWorld()).to_csv(tmp_path / "puck.csv")
     assert not list(tmp_path.iterdir())
+
+
+def test_noise_is_as_large_as_the_world_says_and_stays_in_the_motion_space(world):
+    meant = np.tile([500.0, 60.0], (4000, 1))
+    tries = noisy_motions(world, meant, np.random.default_rng(0))
+    assert tries.mean(axis=0) == pytest.approx([500, 60], rel=0.01)
+    assert tries.std(axis=0) == pytest.approx([10, 1], rel=0.05)
+    assert (noisy_motions(world, meant, np.random.default_rng(0), scale=0) == meant).all()
+    far = noisy_motions(world, np.tile([1000.0, 89.0], (50, 1)), np.random.default_rng(0), scale=10)
+    assert (far <= world.motion_high).all()
+    assert (far >= world.motion_low).all()

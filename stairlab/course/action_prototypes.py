@@ -16,7 +16,7 @@ from stairlab.drawing import FAINT, GRID, INK, OFF_MAP, PATH, Picture, finish, l
 from stairlab.effects import OFF_THE_MAP, EffectClasses
 from stairlab.plots import class_style, draw_cube, draw_stairs, plot_prototype_trajectories, pose
 from stairlab.prototypes import Prototypes
-from stairlab.sampling import replay_motions
+from stairlab.sampling import noisy_motions, replay_motions
 from stairlab.world import Jump, StairWorld
 
 WORDS = 62
@@ -37,6 +37,8 @@ FEW_TICKS = {
 """ Ticks of the three linked panels """
 SYMBOLS = ("*", "s", "P", "h")
 """ Symbols of motions that are pointed out """
+TRIES = 20
+""" Noisy replays of a motion that are drawn """
 
 
 def replay(world: StairWorld, motions: np.ndarray, classes: EffectClasses) -> tuple[np.ndarray, np.ndarray]:
@@ -59,22 +61,7 @@ def replay(world: StairWorld, motions: np.ndarray, classes: EffectClasses) -> tu
         The class of each effect, from 1; 0 off the map.
     """
     outcome = replay_motions(world, motions)
-    effects = outcome.effect(*classes.features)
-    return effects, np.where(outcome.on_map, classes.nearest_mean(effects), OFF_THE_MAP)
-
-
-def with_noise(
-    world: StairWorld, motion: np.ndarray, replays: int = 20, scale: float = 1.0, seed: int = 0
-) -> np.ndarray:
-    """Return noisy versions of a motion: 2 % of the magnitude and 1 degree, times ``scale``, clipped to the motion space.
-
-    Returns
-    -------
-    ndarray of shape (replays, 2)
-        Magnitude [N] and angle [deg].
-    """
-    noise = np.random.default_rng(seed).standard_normal((replays, 2))
-    return np.clip(motion + scale * world.noise_scale(motion) * noise, world.motion_low, world.motion_high)
+    return outcome.effect(*classes.features), classes.reached(outcome)
 
 
 def prototype_names(prototypes: Prototypes) -> list[str]:
@@ -511,7 +498,7 @@ def plot_noise(
     seed : int
         For the noise.
     """
-    tries = with_noise(world, np.asarray(motion), seed=seed)
+    tries = noisy_motions(world, np.tile(motion, (TRIES, 1)), np.random.default_rng(seed))
     effects, reached = replay(world, tries, classes)
     ends = ", ".join(f"{called(r)}: {int((reached == r).sum())}" for r in np.unique(reached).tolist())
     figure, (left, right) = new_figure(
@@ -558,11 +545,12 @@ def noise_sweep(
         assert prototypes.classes is not None
         shares = []
         for scale in scales:
+            each = replays if scale else 1
             tries = [
-                with_noise(world, motion, replays if scale else 1, scale, seed=i)
+                noisy_motions(world, np.tile(motion, (each, 1)), np.random.default_rng(i), scale)
                 for i, motion in enumerate(prototypes.motions)
             ]
-            reached = replay(world, np.vstack(tries), classes)[1].reshape(len(prototypes), -1)
+            reached = replay(world, np.vstack(tries), classes)[1].reshape(len(prototypes), each)
             shares.append(float((reached == prototypes.classes[:, None]).mean()))
         rows[name] = shares
     return pd.DataFrame(rows, index=pd.Index(scales, name="noise")).T

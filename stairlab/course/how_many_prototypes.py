@@ -17,7 +17,7 @@ from stairlab.drawing import COLORS, FAINT, GRID, INK, PATH, new_figure
 from stairlab.effects import EffectClasses
 from stairlab.plots import class_style
 from stairlab.prototypes import LARGEST_CV, MAX_COUNT, prototype_counts
-from stairlab.sampling import replay_motions
+from stairlab.sampling import noisy_motions, replay_motions
 from stairlab.world import World
 
 PUBLISHED_MEANS = (0.092, 0.290, 0.875, 1.594, 2.313, 2.902)
@@ -137,9 +137,7 @@ def kept_under_noise(
     for number in classes.numbers:
         own = classes.motions_of(number)
         chosen = np.repeat(own[rng.permutation(len(own))[:motions]], replays, axis=0)
-        noise = np.array([world.noise_scale(motion) for motion in chosen]) * rng.standard_normal(chosen.shape)
-        outcome = replay_motions(world, np.clip(chosen + noise, world.motion_low, world.motion_high))
-        reached = np.where(outcome.on_map, classes.nearest_mean(outcome.effect(*classes.features)), 0)
+        reached = classes.reached(replay_motions(world, noisy_motions(world, chosen, rng)))
         shares.append(float(np.mean(reached == number)))
     return np.array(shares)
 

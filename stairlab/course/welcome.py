@@ -16,7 +16,7 @@ from stairlab.effects import EffectClasses
 from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.plots import SEEN_AHEAD, class_names, class_style, cube_corners, draw_cube, draw_stairs, pose
 from stairlab.prototypes import Prototypes
-from stairlab.sampling import Samples
+from stairlab.sampling import Samples, noisy_motions
 from stairlab.world import Jump, StairWorld
 
 SEEN_HEIGHT = 1.75
@@ -230,10 +230,8 @@ def draw_noise(motion: Sequence[float], n: int = 20, seed: int = 0) -> Figure:
     exact = world.jump(float(motion[0]), float(motion[1]), trajectory=True)
     rng = np.random.default_rng(seed)
     jumps = []
-    for _ in range(n):
+    for magnitude, angle in noisy_motions(world, np.tile(motion, (n, 1)), rng).tolist():
         world.reset()
-        noisy = rng.normal(motion, world.noise_scale(np.asarray(motion, dtype=float)))
-        magnitude, angle = np.clip(noisy, world.motion_low, world.motion_high).tolist()
         jumps.append(world.jump(magnitude, angle, trajectory=True))
     same = sum(jump.on_map and round(jump.dz / Staircase.rise) == round(exact.dz / Staircase.rise) for jump in jumps)
     figure, ax = new_figure(

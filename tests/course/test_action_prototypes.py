@@ -59,16 +59,6 @@ def test_a_replay_sorts_effects_by_the_rule_of_reliability(world, classes, proto
     assert reached.tolist() == reliability(world, prototypes, classes).table["reached"].tolist()
 
 
-def test_noise_is_as_large_as_the_world_says_and_stays_in_the_motion_space(world):
-    motion = np.array([500.0, 60.0])
-    tries = lesson.with_noise(world, motion, replays=4000)
-    assert tries.std(axis=0) == pytest.approx([10, 1], rel=0.05)
-    assert (lesson.with_noise(world, motion, replays=3, scale=0) == motion).all()
-    far = lesson.with_noise(world, np.array([1000.0, 89.0]), scale=10)
-    assert (far <= world.motion_high).all()
-    assert (lesson.with_noise(world, motion, seed=1) != lesson.with_noise(world, motion, seed=2)).any()
-
-
 def test_prototypes_are_named_after_their_class(prototypes, world):
     names = lesson.prototype_names(prototypes)
     assert names[0] == "C1a"
