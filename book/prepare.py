@@ -27,6 +27,8 @@ NOT_OURS = r"(?!stairlab\.).*"
 """ Names of other packages: no inventory of theirs is fetched, so they stay without a link """
 PICTURE = re.compile(r'<img alt="([^"]*)" width="(\d+)"[^>]* src="data:image/png;base64,([^"]+)">')
 PLAYER = 'class="stairlab-player"'
+LONG_CAPTION = 130
+""" A caption that would be longer ends at its first colon """
 
 
 def main(*, teachers: bool = False) -> None:
@@ -118,8 +120,12 @@ def take_pictures(output: NotebookNode, name: str, folder: Path, made: dict[Path
 
 
 def caption(alt: str) -> str:
-    """Return the first sentence of a picture's alternative text."""
-    sentence = re.split(r"(?<=[.!?:]) (?=[A-Z0-9])", alt)[0].rstrip(":")
+    """Return what the alternative text of a picture begins with: its first sentence, without the numbers that a long one lists."""
+    sentence = re.split(r"(?<=[.!?]) (?=\w)", alt)[0]
+    if len(sentence) > LONG_CAPTION:
+        sentence = sentence.partition(": ")[0]
+    if re.match("[a-z]{3}", sentence):
+        sentence = sentence[0].upper() + sentence[1:]
     return re.sub(r"([*_`$\\])", r"\\\1", sentence if sentence.endswith(".") else f"{sentence}.")
 
 

@@ -12,11 +12,25 @@ import pytest
 from notebooks_under_test import PROJECT, load
 
 pytest.importorskip("sphinx", reason="The book needs Sphinx: pip install 'stairlab[book]'.")
-MAP = load("book/prepare.py").read_paper_map()
+PREPARE = load("book/prepare.py")
+MAP = PREPARE.read_paper_map()
 
 
 def named(column: str) -> list[str]:
     return sorted({name for row in MAP for name in row[column].split()})
+
+
+@pytest.mark.parametrize(
+    ("alt", "caption"),
+    [
+        ("A cube. It rests.", "A cube."),
+        ("the curves of 3 seeds: 1, 2 and 0.5. one is high", "The curves of 3 seeds: 1, 2 and 0.5."),
+        (f"Scores by class: {'C1 (one) 0.12, ' * 9}C2 1.", "Scores by class."),
+        ("ξ_k of 6 classes", r"ξ\_k of 6 classes."),
+    ],
+)
+def test_a_caption_is_the_first_sentence_without_long_lists(alt, caption):
+    assert PREPARE.caption(alt) == caption
 
 
 def test_the_map_has_every_section_algorithm_equation_figure_and_appendix_of_the_paper():
