@@ -253,8 +253,8 @@ def three_views(
     axes["stairs"].set_title(f"{name} {verdict} {'✓' if reached == number else '✗'}", fontsize=10)
     return finish(
         axes["motion"],
-        f"Three linked panels. In the motion plane, {name}, {jump.magnitude:.0f} N at {jump.angle:.0f}°, over the motions of "
-        f"C{number}; in the effect plane its effect, {shown}; on the stairs its path. It {verdict}.",
+        f"{name}, {jump.magnitude:.0f} N at {jump.angle:.0f}°, {verdict}. In the motion plane it is over the motions of C{number}; in "
+        f"the effect plane is its effect, {shown}; on the stairs its path.",
     )
 
 

@@ -504,7 +504,7 @@ def draw_intervals(
     """
     given = regions or {}
     if ax is None:
-        figure, ax = new_figure("Intervals.", size=(7.2, 1.2 + 0.46 * len(found)))
+        figure, ax = new_figure(f"Intervals of {len(found)} estimates, {xlabel}.", size=(7.2, 1.2 + 0.46 * len(found)))
     figure = ax.figure.figure  # type: ignore[assignment]
     ends = np.array([number for one in found.values() for number in one if np.isfinite(number)])
     bounds = [bound for region in given.values() for bound in region if math.isfinite(bound)]

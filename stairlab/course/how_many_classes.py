@@ -151,8 +151,7 @@ def draw_silhouettes(effects: np.ndarray, labels: np.ndarray, title: str = "", a
     ax.tick_params(axis="y", length=0)
     ax.set_title(title, fontsize=10, loc="left")
     ax.spines[["top", "right"]].set_visible(False)
-    start = f"{title}. " if title else ""
-    return finish(ax, f"{start}Silhouettes by class, mean {mean:.3f}. {'; '.join(words)}.")
+    return finish(ax, f"Silhouettes by class{', ' * bool(title)}{title}, mean {mean:.3f}. {'; '.join(words)}.")
 
 
 def draw_silhouette_map(effects: np.ndarray, labels: np.ndarray, title: str = "") -> Figure:
@@ -326,8 +325,7 @@ def draw_grid(
         f"{row}: " + ", ".join(f"{column} {form.format(v)}" for column, v in zip(columns, vs, strict=True) if v == v)
         for row, vs in zip(rows, values.tolist(), strict=True)
     )
-    start = f"{title}. " if title else ""
-    alt = f"{start}Table by {labels[0]} and {labels[1]}. {words}."
+    alt = f"{title or 'Numbers'}, in a table: {labels[0]} against {labels[1]}. {words}."
     figure, ax = new_figure(alt, size=(2.8 + 0.72 * len(columns), 1.3 + 0.44 * len(rows)))
     low, high = np.nanmin(values), np.nanmax(values)
     ax.imshow(values, cmap="Blues", vmin=low, vmax=high + 0.15 * (high - low) + 1e-9, aspect="auto")
@@ -476,7 +474,9 @@ def draw_a_and_b(spaces: Mapping[str, np.ndarray], labels: np.ndarray) -> Figure
         f"{name}: " + ", ".join(f"C{c + 1} {a:.3f} and {b:.3f} m" for c, (a, b) in enumerate(zip(*each, strict=True)))
         for name, each in found.items()
     )
-    figure, panels = new_figure(f"Mean a and b by class. {words}.", panels=2, size=(9, 3.1), columns=2)
+    figure, panels = new_figure(
+        f"Mean a and b by class, on {' and '.join(spaces)}. {words}.", panels=2, size=(9, 3.1), columns=2
+    )
     width = 0.8 / len(spaces)
     for place, (name, each) in enumerate(found.items()):
         for panel, means in zip(panels, each, strict=True):

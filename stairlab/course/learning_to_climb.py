@@ -491,7 +491,7 @@ class _LivePicture:
 
 def draw_curves(curves: Mapping[str, pd.DataFrame], total_timesteps: int) -> Figure:
     """Draw the greedy returns of some agents against the jumps of their training so far."""
-    ends = [f"{name}: {rows['return'].iloc[-1]:.3g}" for name, rows in curves.items() if len(rows)]
+    ends = [f"{name}: {round(rows['return'].iloc[-1], 1):g}" for name, rows in curves.items() if len(rows)]
     figure, ax = new_figure(
         f"Greedy return on fifteen steps against jumps of training, up to {total_timesteps:,}; at the end "
         f"{', '.join(ends) or 'nothing yet'}.",

@@ -78,7 +78,7 @@ def test_a_sample_that_is_alone_can_be_drawn(effects):
 def test_silhouettes_have_their_mean(effects, labels, k):
     figure = draw_silhouettes(effects, labels[k], "a title")
     mean = metrics.silhouette_score(effects, labels[k])
-    assert alt_text(figure).startswith(f"a title. Silhouettes by class, mean {mean:.3f}. C1: ")
+    assert alt_text(figure).startswith(f"Silhouettes by class, a title, mean {mean:.3f}. C1: ")
     assert len(figure.axes[0].collections) == k
 
 
@@ -108,7 +108,7 @@ def test_a_curve_names_its_scores_and_rings():
 def test_a_table_leaves_out_what_is_not_there():
     table = np.array([[np.nan, 2.0], [3.0, np.nan]])
     figure = draw_grid(table, ["a", "b"], ["c", "d"], ("rows", "columns"), "{:.1f}", [(0, 1)], "a title")
-    assert alt_text(figure) == "a title. Table by rows and columns. a: d 2.0; b: c 3.0."
+    assert alt_text(figure) == "a title, in a table: rows against columns. a: d 2.0; b: c 3.0."
     assert png(figure)
     assert png(draw_grid([[6, 6]], ["a"], ["c", "d"], ("rows", "columns")))
 
