@@ -80,9 +80,10 @@ def site() -> Path:
     """The web book, built without a warning; what did not change since the last build is used again."""
     built = PROJECT / "book" / "_build" / "html"
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", "-b", "html"]
-    command += ["-d", built.parent / "doctrees", PROJECT / "book", built]
+    command += ["-d", built.parent / "doctrees-html", PROJECT / "book", built]
+    students = {name: value for name, value in os.environ.items() if name != "STAIRLAB_TEACHERS"}
     (PROJECT / "build").mkdir(exist_ok=True)
     with FileLock(PROJECT / "build" / "site.lock"):  # tests may run in several processes
-        run = subprocess.run(command, capture_output=True, text=True, check=False)
+        run = subprocess.run(command, env=students, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr[-5000:]
     return built
