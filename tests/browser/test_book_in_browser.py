@@ -10,6 +10,7 @@ import pytest
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(1800)]
 WIDTHS = (1280, 390)
+CUT_EQUATIONS = "[...document.querySelectorAll('mjx-container[display=true]')].filter(e => e.scrollWidth > e.clientWidth).length"
 
 
 class Quiet(SimpleHTTPRequestHandler):
@@ -46,14 +47,17 @@ def listen(page) -> tuple[list[str], list[str]]:
     return asked, complaints
 
 
-def test_no_page_asks_another_host_or_complains_or_is_wider_than_the_window(site, address, browser):
+def test_no_page_asks_another_host_or_complains_and_page_and_equations_fit_the_window(site, address, browser):
     view = browser.new_page()
     asked, complaints = listen(view)
     wide = []
     for name in pages(site):
         view.goto(f"{address}/{name}", wait_until="networkidle")
+        view.evaluate("window.MathJax?.startup?.promise")
         for width in WIDTHS:
             view.set_viewport_size({"width": width, "height": 900})
+            if view.evaluate(CUT_EQUATIONS):
+                wide.append(f"an equation of {name} at {width} pixels")
             if view.evaluate("document.documentElement.scrollWidth") > width:
                 wide.append(f"{name} at {width} pixels")
     view.close()
