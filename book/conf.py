@@ -34,6 +34,7 @@ nitpick_ignore_regex = [("py:.*", prepare.NOT_OURS)]
 
 # notebooks come executed
 nb_execution_mode = "off"
+nb_merge_streams = True
 nb_render_markdown_format = "myst"
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence", "attrs_inline"]
 myst_heading_anchors = 3

@@ -54,6 +54,7 @@ def test_no_page_asks_another_host_or_complains_and_page_and_equations_fit_the_w
     for name in pages(site):
         view.goto(f"{address}/{name}", wait_until="networkidle")
         view.evaluate("window.MathJax?.startup?.promise")
+        complaints += [f"{name}: {error}" for error in view.locator("[data-mjx-error]").all_inner_texts()]
         for width in WIDTHS:
             view.set_viewport_size({"width": width, "height": 900})
             if view.evaluate(CUT_EQUATIONS):
