@@ -172,8 +172,9 @@ def named_tests(cell: str) -> list[tuple[str, str]]:
 def reference(name: str) -> str:
     """Return a link to the API reference of ``module.name``, such as ``effects.EffectClasses``."""
     parts = name.split(".")
-    kind = "class" if parts[-1][:1].isupper() else "meth" if parts[-2][:1].isupper() else "func"
-    return f"{{py:{kind}}}`~stairlab.{name}`"
+    method = parts[-2][:1].isupper()
+    kind = "class" if parts[-1][:1].isupper() else "meth" if method else "func"
+    return f"{{py:{kind}}}`{'.'.join(parts[-2 if method else -1 :])} <stairlab.{name}>`"
 
 
 def run_times() -> str:
