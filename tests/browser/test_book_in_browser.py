@@ -10,7 +10,9 @@ import pytest
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(1800)]
 WIDTHS = (1280, 390)
-CUT_EQUATIONS = "[...document.querySelectorAll('mjx-container[display=true]')].filter(e => e.scrollWidth > e.clientWidth).length"
+CUT_EQUATIONS = (
+    "[...document.querySelectorAll('mjx-container[display=true]')].filter(e => e.scrollWidth > e.clientWidth).length"
+)
 
 
 class Quiet(SimpleHTTPRequestHandler):
