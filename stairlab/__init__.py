@@ -96,7 +96,7 @@ _MODULES = {
     "claims": ("paper_claims",),
     "study": ("Study",),
     "pipeline": ("Run", "run_pipeline"),
-    "report": ("write_report",),
+    "report": ("save_run", "write_report"),
     "plots": (
         "plot_effect_classes",
         "plot_effect_distributions",
@@ -119,6 +119,7 @@ _MODULES = {
         "plot_study_scores",
         "plot_traps",
     ),
+    "study_report": ("save_study",),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -272,10 +272,11 @@ def _world(options: argparse.Namespace) -> StairWorld:
 
 def _run(options: argparse.Namespace) -> None:
     from stairlab.pipeline import run_pipeline
+    from stairlab.report import save_run
 
     _check_writable(options.out, folder=True)
     run = run_pipeline(n=options.n, seed=options.seed, n_jobs=options.jobs)
-    run.save(options.out)
+    save_run(run, options.out)
     _show({"summary": run.summary()}, options)
     _say(f"figures, tables and report in {options.out}: open {options.out / 'report.html'}")
 
@@ -380,6 +381,7 @@ def _fidelity(options: argparse.Namespace) -> None:
 def _study(options: argparse.Namespace) -> None:
     from stairlab import Study, StudyResults  # from here a missing extra is named
     from stairlab.beyond import TUNED_DQN
+    from stairlab.study_report import save_study
 
     out = options.out or Path("study-quick" if options.quick else "study")
     _check_writable(out, folder=True)
@@ -395,18 +397,19 @@ def _study(options: argparse.Namespace) -> None:
     with dask_cluster(options.dask) if options.dask else nullcontext():
         study.run(options.jobs)
     results = StudyResults.from_folder(out)  # of earlier commands, too
-    results.save(out)
+    save_study(results, out)
     _show(({"note": QUICK_NOTE} if options.quick else {}) | {"summary": results.summary()}, options)
     _say(f"runs, tables, figures and report in {out}")
 
 
 def _published(options: argparse.Namespace) -> None:
     from stairlab.results import load_published_study
+    from stairlab.study_report import save_study
 
     results = load_published_study(options.part)
     out = options.out or Path(f"published-{options.part}")
     _check_writable(out, folder=True)
-    results.save(out)
+    save_study(results, out)
     _show({"command": results.command(), "summary": results.summary()}, options)
     _say(f"tables, figures and report in {out}: open {out / 'report.html'}")
 

@@ -7,8 +7,6 @@ import warnings
 from collections import Counter
 from dataclasses import dataclass, field
 from importlib.metadata import version
-from os import PathLike
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -27,7 +25,6 @@ from stairlab.prototypes import (
     reliability,
     uniform_prototypes,
 )
-from stairlab.report import save_run
 from stairlab.sampling import Samples, sample_motions
 from stairlab.world import Jump, StairWorld
 
@@ -136,23 +133,6 @@ class Run:
         ]
         return pd.concat(tables, ignore_index=True)[["preset", "criterion", "k", "score", "chosen"]]
 
-    def save(self, out_dir: str | PathLike[str], *, progress: bool = True) -> list[Path]:
-        """Write tables (CSV), figures (PNG) and the report (HTML) into a folder; each file appears whole or not at all.
-
-        Parameters
-        ----------
-        out_dir : path-like
-            The folder; it is made where it does not exist.
-        progress : bool
-            Show a progress bar.
-
-        Returns
-        -------
-        list of Path
-            The files written.
-        """
-        return save_run(self, out_dir, progress=progress)
-
 
 def run_pipeline(
     n: int = 2000, seed: int = 0, n_jobs: int = 1, progress: bool = True, *, replays: int = NOISY_REPLAYS
@@ -187,7 +167,7 @@ def run_pipeline(
     Examples
     --------
     >>> run = run_pipeline(n=200, progress=False)
-    >>> run.save("out")  # doctest: +SKIP
+    >>> save_run(run, "out")  # doctest: +SKIP
     """
     n, seed = whole_number("n", n, low=1), whole_number("seed", seed, low=0)
     replays = whole_number("replays", replays, low=1)

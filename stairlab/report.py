@@ -88,7 +88,22 @@ def tables(run: Run) -> dict[str, pd.DataFrame]:
 
 
 def save_run(run: Run, out_dir: str | PathLike[str], *, progress: bool = True) -> list[Path]:
-    """Write tables, figures and report of a run into a folder; each file appears whole or not at all. See ``Run.save``."""
+    """Write tables (CSV), figures (PNG) and the report (HTML) of a run into a folder; each file appears whole or not at all.
+
+    Parameters
+    ----------
+    run : Run
+        As ``run_pipeline`` returns it.
+    out_dir : path-like
+        The folder; it is made where it does not exist.
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+    """
     folder = Path(out_dir)
     folder.mkdir(parents=True, exist_ok=True)
     written = [folder / "samples.csv"]

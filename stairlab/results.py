@@ -301,18 +301,6 @@ class StudyResults:
             flags.append(f"--restitution {settings['restitution']:g}")
         return flags
 
-    def save(self, out_dir: str | PathLike[str], *, progress: bool = True) -> list[Path]:
-        """Write tables (CSV), figures (PNG) and a report (HTML) into a folder; each file appears whole or not at all.
-
-        Returns
-        -------
-        list of Path
-            The files written.
-        """
-        from stairlab.study_report import save_study
-
-        return save_study(self, out_dir, progress=progress)
-
     def save_tables(self, folder: str | PathLike[str]) -> list[Path]:
         """Write the tables and the description, for ``StudyResults.load``."""
         folder = Path(folder)

@@ -48,7 +48,22 @@ def tables(results: StudyResults) -> dict[str, pd.DataFrame]:
 
 
 def save_study(results: StudyResults, out_dir: str | PathLike[str], *, progress: bool = True) -> list[Path]:
-    """Write tables, figures and report of a study into a folder; each file appears whole or not at all. See ``StudyResults.save``."""
+    """Write tables (CSV), figures (PNG) and a report (HTML) of a study into a folder; each file appears whole or not at all.
+
+    Parameters
+    ----------
+    results : StudyResults
+        The study.
+    out_dir : path-like
+        The folder; it is made where it does not exist.
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+    """
     folder = Path(out_dir)
     written = results.save_tables(folder / "tables")
     found = tables(results)

@@ -8,6 +8,7 @@ from small_run import ARGUMENTS, pictures, small_run
 from stairlab import report
 from stairlab.effects import PRESETS, EffectClasses
 from stairlab.pipeline import METHODS, RESAMPLES, _counts, run_pipeline, together
+from stairlab.report import save_run
 from stairlab.sampling import Samples
 
 
@@ -94,7 +95,7 @@ def _drawn_before(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 def test_save_writes_tables_figures_and_report(tmp_path) -> None:
     run = small_run()
-    files = run.save(tmp_path / "new" / "out", progress=False)
+    files = save_run(run, tmp_path / "new" / "out", progress=False)
     assert sorted(path.name for path in files) == sorted(path.name for path in (tmp_path / "new" / "out").iterdir())
     assert {path.name for path in files} >= {
         "samples.csv", "effect_classes.csv", "prototype_counts.csv", "prototypes_effect.csv", "prototypes_fixed.csv",
@@ -111,7 +112,7 @@ def test_save_writes_tables_figures_and_report(tmp_path) -> None:
 def test_a_save_that_fails_half_way_leaves_only_whole_files(tmp_path) -> None:
     run = dataclasses.replace(small_run(), versions={})  # the report asks for the version at its end
     with pytest.raises(Exception, match="stairlab"):
-        run.save(tmp_path, progress=False)
+        save_run(run, tmp_path, progress=False)
     names = {path.name for path in tmp_path.iterdir()}
     assert "figure_1_world.png" in names
     assert "report.html" not in names

@@ -6,13 +6,15 @@ import pandas as pd
 import pytest
 from small_study import made_up
 
+from stairlab.study_report import save_study
+
 SETS = {"effect": [3.0, 2.0], "uniform": [15.0, 4.0]}
 
 
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study")
-    made_up(SETS | {"sac": [15.0]}, samples={"effect": 2000}).save(folder, progress=False)
+    save_study(made_up(SETS | {"sac": [15.0]}, samples={"effect": 2000}), folder, progress=False)
     return folder
 
 
@@ -59,13 +61,13 @@ def test_the_report_holds_the_scores_the_claims_and_the_command(report):
 def test_what_differs_from_the_papers_study_is_named(tmp_path):
     results = made_up(SETS)
     results.description["settings"] |= {"dqn": {"gamma": 0.9}, "restitution": 0.0}
-    results.save(tmp_path, progress=False)
+    save_study(results, tmp_path, progress=False)
     text = text_of((tmp_path / "report.html").read_text())
     assert "DQN has other settings than the published ones and the risers have a restitution of 0.0" in text
 
 
 def test_a_quick_study_is_marked_in_the_report_and_in_each_table_that_is_read(tmp_path):
-    made_up(SETS, quick=True).save(tmp_path, progress=False)
+    save_study(made_up(SETS, quick=True), tmp_path, progress=False)
     assert "A quick study." in text_of((tmp_path / "report.html").read_text())
     for name in ("summary", "claims"):
         assert pd.read_csv(tmp_path / "tables" / f"{name}.csv")["quick"].all()
@@ -73,5 +75,5 @@ def test_a_quick_study_is_marked_in_the_report_and_in_each_table_that_is_read(tm
 
 def test_studies_of_one_method_and_where_nobody_is_stuck_are_reported_too(tmp_path):
     for name, scores in (("sac", {"sac": [3.0]}), ("top", {"uniform": [15.0]}), ("own", {"mine": [15.0, 3.0]})):
-        made_up(scores).save(tmp_path / name, progress=False)
+        save_study(made_up(scores), tmp_path / name, progress=False)
         assert "nan" not in text_of((tmp_path / name / "report.html").read_text())
