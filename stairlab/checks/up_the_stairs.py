@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stairlab.checks._judge import Mistake, Verdict, attempt_call, described, judge
-from stairlab.course.up_the_stairs import Game, gap_of, reward_as_printed, reward_sign_mended
+from stairlab.course.game import Game, gap_of, reward_as_printed, reward_sign_mended
 from stairlab.physics import Staircase
 from stairlab.planning import DEAD_BAND, MAX_JUMPS, jump_reward
 from stairlab.prototypes import random_prototypes

@@ -1,17 +1,15 @@
-"""Lesson 08: episodes, gaps, and their pictures."""
+"""Lesson 08: pictures of episodes and gaps, and the game played by hand."""
 
 import math
 
-import gymnasium as gym
 import ipywidgets
 import numpy as np
 import pytest
 
-from stairlab import Prototypes, Staircase, alt_text, best_return, random_prototypes, trap_width, uniform_prototypes
+from stairlab import Prototypes, Staircase, alt_text, best_return, random_prototypes, uniform_prototypes
 from stairlab.course import up_the_stairs as lesson
-from stairlab.course.up_the_stairs import Game, StairsGame
-from stairlab.envs import DiscreteMotions
-from stairlab.planning import jump_reward
+from stairlab.course.game import READINGS, Game, play, repeat, replay_plan
+from stairlab.course.up_the_stairs import StairsGame
 from stairlab.world import StairWorld
 
 SINGLE, LEAP, HOP = [300.0, 70.0], [600.0, 75.0], [50.0, 89.0]
@@ -44,126 +42,21 @@ def words_in(figure):
 # Rewards
 
 
-@pytest.mark.parametrize("dz", [0.3, 0.9, 0.06])
-def test_all_readings_pay_one_for_a_climb(dz):
-    assert [reward(dz, 0.3) for reward in lesson.READINGS.values()] == [1, 1, 1]
-
-
-def test_the_printed_reading_pays_for_falling_and_the_others_do_not():
-    assert [reward(-0.6, 0.3) for reward in lesson.READINGS.values()] == pytest.approx([2, -2, -2])
-
-
-def test_only_the_dead_band_does_not_pay_for_jitter():
-    assert [reward(1e-14, 0.3) for reward in lesson.READINGS.values()] == [1, 1, 0]
-
-
-@pytest.mark.parametrize("reading", lesson.READINGS)
+@pytest.mark.parametrize("reading", READINGS)
 def test_a_reading_is_drawn_over_the_others_and_says_what_it_pays(reading):
     figure = lesson.draw_reading(reading)
     widths = [line.get_linewidth() for line in figure.axes[0].lines]
     assert sum(width > 2 for width in widths) == 1
     assert reading in alt_text(figure)
-    assert f"{lesson.READINGS[reading](-0.6, 0.3):.3g} for -0.6 m" in alt_text(figure)
+    assert f"{READINGS[reading](-0.6, 0.3):.3g} for -0.6 m" in alt_text(figure)
 
 
 # Episodes
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-def test_a_game_gives_what_the_environment_gives(seed):
-    motions = random_prototypes(StairWorld(), 6, seed=seed)
-    env, game = DiscreteMotions(gym.make("stairlab/UpTheStairs-v0"), motions), Game(motions)
-    first, _ = env.reset()
-    np.testing.assert_array_equal(first, game.observation)
-    rng = np.random.default_rng(seed)
-    while not game.over:
-        action = int(rng.integers(6))
-        game.jump(action)
-        observation, reward, terminated, truncated, info = env.step(action)
-        np.testing.assert_array_equal(observation, game.observation)
-        assert (reward, info["steps"]) == (game.rewards[-1], game.steps[-1])
-        assert (terminated or truncated) == game.over
-
-
-def test_undoing_all_jumps_leads_back_to_the_start_and_replaying_them_to_the_same_places():
-    game = Game(THREE)
-    for action in (0, 1, 2, 0):
-        game.jump(action)
-    places = [state.tolist() for state in game.states]
-    for _ in range(4):
-        game.undo()
-    game.undo()  # nothing at the start
-    assert (game.value, game.steps.tolist(), game.actions) == (0, [0], [])
-    for action in (0, 1, 2, 0):
-        game.jump(action)
-    assert [state.tolist() for state in game.states] == places
-
-
-def test_undo_takes_the_end_of_an_episode_back():
-    game = Game(THREE, SHORT)
-    game.jump(1)
-    assert game.over
-    assert game.on_top
-    game.undo()
-    assert not game.over
-    game.jump(0)
-    assert game.steps.tolist() == [0, 1]
-
-
-def test_a_game_that_is_over_and_a_motion_that_is_none_are_refused():
-    game = Game(THREE, SHORT, max_jumps=1)
-    with pytest.raises(ValueError, match="from 0 to 2, not 3"):
-        game.jump(3)
-    game.jump(2)
-    with pytest.raises(ValueError, match="The episode is over"):
-        game.jump(0)
-
-
-def test_looking_where_a_motion_leads_changes_nothing():
-    game = Game(THREE)
-    game.jump(0)
-    before = game.observation.tolist()
-    jump = game.lead(0)
-    assert game.observation.tolist() == before
-    game.jump(0)
-    np.testing.assert_array_equal(jump.end, game.states[-1])
-
-
-def test_the_return_is_the_last_step_less_what_leaps_skip():
-    rng = np.random.default_rng(3)
-    for seed in range(3):
-        motions = random_prototypes(StairWorld(), 6, seed=seed)
-        game = lesson.play(motions, lambda seen: int(rng.integers(6)), max_jumps=15)
-        skipped = (game.gains[game.gains > 0] - 1).sum()
-        assert round(game.value) == game.steps[-1] - skipped
-        assert game.value == sum(jump_reward(dz, 0.3) for dz in np.diff(game.heights))
-
-
-def test_one_motion_climbs_all_fifteen_steps_and_stays_out_of_its_trap():
-    game = lesson.repeat(SINGLE)
-    assert (game.value, game.on_top, len(game.actions)) == (15, True, 15)
-    assert game.gaps[:-1].min() > trap_width(Staircase.fifteen(), [SINGLE])
-
-
-def test_a_motion_that_gets_stuck_is_not_repeated_in_vain():
-    stuck = lesson.repeat((454, 80))
-    whole = lesson.play([[454, 80]], lambda seen: 0)
-    assert len(stuck.actions) < 20
-    assert len(whole.actions) == 50
-    assert stuck.value == whole.value
-
-
-def test_a_plan_is_replayed_to_its_value(sets, plans):
-    for name, plan in plans.items():
-        game = lesson.replay_plan(sets[name], plan)
-        assert game.value == plan.value
-        assert game.over
-        np.testing.assert_array_equal(game.states, plan.states)
-
-
 @pytest.mark.parametrize("jumps", [None, 0, 1, 3])
 def test_an_episode_is_drawn_with_a_bar_for_each_jump_shown(jumps):
-    game = lesson.play(THREE, lambda seen: 0, max_jumps=3)
+    game = play(THREE, lambda seen: 0, max_jumps=3)
     figure = lesson.draw_episode(game, jumps)
     count = 3 if jumps is None else jumps
     _, ledger = figure.axes
@@ -173,12 +66,12 @@ def test_an_episode_is_drawn_with_a_bar_for_each_jump_shown(jumps):
 
 
 def test_an_episode_that_leaves_the_stairs_says_so():
-    game = lesson.play([[1000.0, 45.0]], lambda seen: 0, Staircase(1))
+    game = play([[1000.0, 45.0]], lambda seen: 0, Staircase(1))
     assert "off the stairs" in alt_text(lesson.draw_episode(game))
 
 
 def test_gaps_are_drawn_for_each_episode_with_the_trap():
-    games = {"single steps": lesson.repeat(SINGLE), "stuck": lesson.repeat((454, 80))}
+    games = {"single steps": repeat(SINGLE), "stuck": repeat((454, 80))}
     figure = lesson.draw_gaps(games, 0.04)
     assert "to the top after 15 jumps" in alt_text(figure)
     assert "trap is 40.0 mm wide" in alt_text(figure)
@@ -187,21 +80,6 @@ def test_gaps_are_drawn_for_each_episode_with_the_trap():
 
 
 # The gap
-
-
-def test_from_a_gap_a_motion_does_what_the_world_does():
-    stairs, world = Staircase.fifteen(), StairWorld(Staircase.fifteen())
-    start = world.reset(world.state_at(stairs.risers[7] - 0.05 - 0.2, 0.3 * 7 + 0.05))
-    assert lesson.gap_of(start, stairs) == pytest.approx(0.2)
-    jump = world.jump(*SINGLE)
-    gained, gap = lesson.from_gap(SINGLE, 0.2)
-    assert (gained, gap) == (lesson.step_of(jump.end, stairs) - 7, lesson.gap_of(jump.end, stairs))
-
-
-def test_inside_the_trap_no_motion_climbs_and_beyond_it_one_does():
-    width = trap_width(Staircase.fifteen(), THREE)
-    assert math.isfinite(lesson.widest_after(THREE, 0.5 * width))
-    assert math.isinf(lesson.widest_after(THREE, 0.25))
 
 
 @pytest.mark.parametrize(
@@ -272,7 +150,7 @@ def test_the_map_of_single_motions_is_drawn_with_its_defaults():
 
 @pytest.mark.parametrize("preview", [False, True])
 def test_a_game_is_drawn_with_return_gap_and_planner(sets, plans, preview):
-    game, rival = Game(sets["own"]), lesson.replay_plan(sets["own"], plans["own"])
+    game, rival = Game(sets["own"]), replay_plan(sets["own"], plans["own"])
     for _ in range(3):
         assert "The planner after as many jumps" in alt_text(lesson.draw_game(game, rival, 0, preview))
         game.jump(0)
