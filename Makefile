@@ -34,7 +34,7 @@ lab: $(VENV)/all-installed
 lessons: $(VENV)/all-installed
 	$(BIN)/python notebooks/execute.py
 
-# the course as a web site, in book/_build/html; with STAIRLAB_TEACHERS=1 with the solutions, in book/_build/teachers
+# the course as a web site, in book/_build/html; STAIRLAB_TEACHERS=1 builds the teachers', with the solutions, in book/_build/teachers
 SITE = $(if $(STAIRLAB_TEACHERS),teachers,html)
 book: $(VENV)/all-installed
 	$(BIN)/python -m sphinx -W --keep-going -n -b html -d book/_build/doctrees-$(SITE) book book/_build/$(SITE)

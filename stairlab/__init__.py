@@ -65,7 +65,7 @@ else:
 _MODULES = {
     "physics": ("Staircase", "Trajectory"),
     "world": ("Jump", "StairWorld", "World"),
-    "sampling": ("Samples", "noisy_motions", "replay_motions", "sample_motions"),
+    "sampling": ("Samples", "replay_motions", "sample_motions"),
     "clustering": (
         "HistogramBins",
         "KMeans",

@@ -296,7 +296,7 @@ def noisy_motions(world: World, motions: np.ndarray, rng: np.random.Generator, s
     world : World
         Says how large the noise is, see ``noise_scale`` (for the stairs 2 % of the magnitude and 1 degree).
     motions : ndarray of shape (n_motions, n_motion_parameters)
-        The motions that were meant; for several tries of one, several equal rows.
+        The motions that were meant, for the stairs magnitude [N] and angle [deg]; for several tries of one, several equal rows.
     rng : numpy.random.Generator
         Draws the noise, which is Gaussian.
     scale : float
@@ -305,6 +305,7 @@ def noisy_motions(world: World, motions: np.ndarray, rng: np.random.Generator, s
     Returns
     -------
     ndarray of shape (n_motions, n_motion_parameters)
+        The motions that come out, in the same units.
     """
     noise = np.array([world.noise_scale(motion) for motion in motions]) * rng.standard_normal(np.shape(motions))
     return np.clip(motions + scale * noise, world.motion_low, world.motion_high)

@@ -87,6 +87,22 @@ def test_evaluating_does_not_change_the_training(dqn, motions):
     assert five.evaluations["episode"].tolist() == [0, 1, 2, 3, 4] * 3
 
 
+def test_who_watches_sees_the_agent_before_the_first_jump_and_after_each_evaluation_with_all_so_far(dqn, motions):
+    seen = []
+    watched = train(
+        "dqn",
+        motions,
+        0,
+        **SHORT,
+        **QUICK["dqn"],
+        watch=lambda model, table: seen.append((model.num_timesteps, len(table))),
+    )
+    steps = dqn.evaluations["step"].tolist()
+    assert seen == [(0, 0), *((step, number) for number, step in enumerate(steps, 1))]
+    assert watched.evaluations.equals(dqn.evaluations)
+    assert torch.equal(weights(watched), weights(dqn))
+
+
 def test_published_settings_are_the_default_and_all_settings_are_kept(dqn, motions):
     default = train("dqn", motions, 0, total_timesteps=10, eval_every=5, progress=False)
     assert default.model.learning_starts == 3000

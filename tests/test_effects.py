@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sklearn.cluster import KMeans as ReferenceKMeans
@@ -134,6 +135,14 @@ def test_predict_gives_the_samples_their_own_labels(classes, samples):
 
 def test_a_mean_effect_is_nearest_to_its_own_class(classes):
     assert classes.nearest_mean(classes.means).tolist() == list(classes.numbers)
+
+
+def test_a_jump_reaches_the_class_of_the_nearest_mean_effect_and_none_off_the_map(classes):
+    jumps = sample_motions(StairWorld(), n=150, seed=77, progress=False)
+    distances = scipy.spatial.distance.cdist(jumps.effect("dy", "dz"), classes.means)
+    assert np.array_equal(classes.reached(jumps)[jumps.on_map], 1 + distances.argmin(axis=1)[jumps.on_map])
+    assert not jumps.on_map.all()
+    assert (classes.reached(jumps)[~jumps.on_map] == 0).all()
 
 
 def test_the_same_seed_gives_the_same_classes(samples, classes):

@@ -10,6 +10,8 @@ import pytest
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(1800)]
 WIDTHS = (1280, 390)
+NEXT_FRAME = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+EQUATION_ERRORS = "found => found.map(e => e.getAttribute('data-mjx-error') ?? 'a macro that is not known')"
 CUT_EQUATIONS = (
     "[...document.querySelectorAll('mjx-container[display=true]')].filter(e => e.scrollWidth > e.clientWidth).length"
 )
@@ -56,9 +58,11 @@ def test_no_page_asks_another_host_or_complains_and_page_and_equations_fit_the_w
     for name in pages(site):
         view.goto(f"{address}/{name}", wait_until="networkidle")
         view.evaluate("window.MathJax?.startup?.promise")
-        complaints += [f"{name}: {error}" for error in view.locator("[data-mjx-error]").all_inner_texts()]
+        errors = view.locator("[data-mjx-error], mjx-container [fill=red]").evaluate_all(EQUATION_ERRORS)
+        complaints += [f"{name}: {error}" for error in errors]
         for width in WIDTHS:
             view.set_viewport_size({"width": width, "height": 900})
+            view.evaluate(NEXT_FRAME)
             if view.evaluate(CUT_EQUATIONS):
                 wide.append(f"an equation of {name} at {width} pixels")
             if view.evaluate("document.documentElement.scrollWidth") > width:

@@ -16,6 +16,7 @@ from stairlab import (
     alt_text,
     effect_prototypes,
     reliability,
+    replay_motions,
     uniform_prototypes,
 )
 from stairlab.course import Exploration, explore
@@ -53,10 +54,11 @@ def texts(ax):
 # Replays
 
 
-def test_a_replay_sorts_effects_by_the_rule_of_reliability(world, classes, prototypes):
+def test_a_replay_gives_the_effects_in_the_clustered_dimensions_and_the_classes_reached(world, classes, prototypes):
     effects, reached = lesson.replay(world, prototypes.motions, classes)
-    assert effects.shape == (len(prototypes), 2)
-    assert reached.tolist() == reliability(world, prototypes, classes).table["reached"].tolist()
+    jumps = replay_motions(world, prototypes.motions)
+    assert np.array_equal(effects, jumps.effect("dy", "dz"))
+    assert reached.tolist() == classes.reached(jumps).tolist()
 
 
 def test_prototypes_are_named_after_their_class(prototypes, world):
