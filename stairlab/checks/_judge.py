@@ -163,8 +163,8 @@ def attempt_call(name: str, function: Any, arguments: tuple[Any, ...], time_limi
     def call() -> None:
         try:
             value = function(*arguments)
-        except NotImplementedError:
-            outcome.append(Attempt(problem=f"{name} is not written yet: it is your turn."))
+        except NotImplementedError as error:
+            outcome.append(Attempt(problem=_not_written(name, str(error))))
         except _Stopped:
             pass
         except BaseException as error:  # also sys.exit() and the like
@@ -188,6 +188,12 @@ def attempt_call(name: str, function: Any, arguments: tuple[Any, ...], time_limi
     return Attempt(
         problem=f"Not yet: {name}{described(arguments)} was not done after {time_limit:g} s. Is there a loop that does not end?"
     )
+
+
+def _not_written(name: str, stub: str) -> str:
+    if stub.isidentifier() and stub != name:
+        return f"Not yet: {name} calls {stub}, which is not written yet. That exercise comes first."
+    return f"{name} is not written yet: it is your turn."
 
 
 def same(a: Any, b: Any) -> bool:

@@ -226,6 +226,7 @@ def check_class_prototypes(function: Any, more: int = 0) -> Verdict:
 
     rng = np.random.default_rng(7)
     cases = [(*_bows(rng, 60), number, xi, around_the_middle) for number, xi in ((1, 3), (2, 1), (3, 4))]
+    cases.append((*_bows(rng, 60), 1, 4, two_of_them))
     cases += [
         (*_bows(rng, 40), int(rng.integers(1, 4)), int(rng.integers(1, 5)), around_the_middle) for _ in range(more)
     ]
@@ -286,6 +287,23 @@ def around_the_middle(points: np.ndarray, n: int) -> np.ndarray:
     turn = 2 * np.pi * np.arange(n) / n
     weights = 1 / (1 + _distances(np.column_stack([np.cos(turn), np.sin(turn)]), points) ** 2)
     return weights @ points / weights.sum(axis=1, keepdims=True)
+
+
+def two_of_them(points: np.ndarray, n: int) -> np.ndarray:
+    """Place two of n prototypes, for the exercise: n is a maximum, as for robust growing neural gas.
+
+    Parameters
+    ----------
+    points : ndarray of shape (n_points, 2)
+        Standardised motions.
+    n : int
+        Largest number of prototypes.
+
+    Returns
+    -------
+    ndarray of shape (2, 2)
+    """
+    return around_the_middle(points, n)[:2]
 
 
 def _bows(rng: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray]:

@@ -44,10 +44,12 @@ def test_a_check_says_in_its_docstring_what_it_is_for_and_which_mistakes_it_know
 @each
 @pytest.mark.parametrize("more", [0, 2])
 def test_a_stub_is_told_that_it_is_its_turn(check, more):
-    def stub(*arguments):
-        raise NotImplementedError("exercise")
+    name = exercise(check)[0]
 
-    assert f"{exercise(check)[0]} is not written yet: it is your turn." in answered(check, stub, more=more)
+    def stub(*arguments):
+        raise NotImplementedError(name)
+
+    assert f"{name} is not written yet: it is your turn." in answered(check, stub, more=more)
 
 
 def divides_by_zero(*arguments):

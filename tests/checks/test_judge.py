@@ -98,6 +98,15 @@ def test_a_stub_is_told_that_it_is_its_turn():
     assert "not written yet" in verdict(stub).words
 
 
+def test_a_function_that_calls_an_exercise_which_is_not_done_is_told_so():
+    def nearest_centers(*_):
+        raise NotImplementedError("nearest_centers")
+
+    words = verdict(lambda *arguments: nearest_centers(*arguments)).words
+    assert "calls nearest_centers, which is not written yet" in words
+    assert "your turn" not in words
+
+
 def test_a_function_that_never_ends_is_stopped():
     assert "a loop that does not end" in verdict(forever, time_limit=0.2).words
 
