@@ -29,7 +29,6 @@ from stairlab import (
     Staircase,
     StairWorld,
     Study,
-    StudyResults,
     effect_prototypes,
     sample_motions,
 )
@@ -765,7 +764,7 @@ def test_options_reach_the_study(asked, tmp_path):
 
 def test_a_study_made_by_several_commands_is_shown_whole(tmp_path, monkeypatch, capsys):
     saved = []
-    monkeypatch.setattr(StudyResults, "save", lambda results, _: saved.append(results))
+    monkeypatch.setattr("stairlab.study_report.save_study", lambda results, _: saved.append(results))
     options = ["--quick", "--timesteps", 200, "--jobs", 1, "--out", tmp_path / "study", "--json"]
     own = own_set(tmp_path / "mine.csv", (330, 70), (400, 75))
     command("--methods", "uniform", "random", "--seeds", 0, *options, capsys=capsys)
