@@ -24,6 +24,7 @@ DRAWING = (
     "test_study_report.py",
     "test_claims.py",
     "test_pipeline.py",
+    "test_report.py",
 )
 """ Tests that draw many pictures or make many runs: each takes a moment, together they take minutes """
 
