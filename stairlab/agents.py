@@ -263,14 +263,18 @@ class _Evaluation(BaseCallback):
         self.episodes = episodes
         self.env.reset(seed=seed)
         self.bar = tqdm(total=total, desc="training", unit="jump", disable=not total, leave=False)
-        self.watch = watch or (lambda *_: None)
+        self.watch = watch
         self.rows: list[dict[str, Any]] = []
 
     def table(self) -> pd.DataFrame:
         return pd.DataFrame(self.rows, columns=["step", "episode", "return", "length", "climbed"])
 
+    def _show(self) -> None:
+        if self.watch is not None:
+            self.watch(self.model, self.table())
+
     def _on_training_start(self) -> None:
-        self.watch(self.model, self.table())
+        self._show()
 
     def _on_step(self) -> bool:
         self.bar.update()
@@ -279,7 +283,7 @@ class _Evaluation(BaseCallback):
                 played = play_episode(self.model, self.env)
                 self.rows.append({"step": self.num_timesteps, "episode": episode, **played})
             self.bar.set_postfix_str(f"greedy return {self.rows[-1]['return']:.1f}")
-            self.watch(self.model, self.table())
+            self._show()
         return True
 
     def _on_training_end(self) -> None:
