@@ -164,7 +164,7 @@ def attempt_call(name: str, function: Any, arguments: tuple[Any, ...], time_limi
         try:
             value = function(*arguments)
         except NotImplementedError as error:
-            outcome.append(Attempt(problem=_not_written(name, str(error))))
+            outcome.append(Attempt(problem=_not_written(name, function, str(error))))
         except _Stopped:
             pass
         except BaseException as error:  # also sys.exit() and the like
@@ -190,8 +190,9 @@ def attempt_call(name: str, function: Any, arguments: tuple[Any, ...], time_limi
     )
 
 
-def _not_written(name: str, stub: str) -> str:
-    if stub.isidentifier() and stub != name:
+def _not_written(name: str, function: Callable[..., Any], stub: str) -> str:
+    """Say which exercise is not written: this one, or another function of the notebook that it calls."""
+    if stub != name and callable(getattr(function, "__globals__", {}).get(stub)):
         return f"Not yet: {name} calls {stub}, which is not written yet. That exercise comes first."
     return f"{name} is not written yet: it is your turn."
 

@@ -98,13 +98,22 @@ def test_a_stub_is_told_that_it_is_its_turn():
     assert "not written yet" in verdict(stub).words
 
 
-def test_a_function_that_calls_an_exercise_which_is_not_done_is_told_so():
-    def nearest_centers(*_):
-        raise NotImplementedError("nearest_centers")
+def halve(*_):
+    raise NotImplementedError("halve")
 
-    words = verdict(lambda *arguments: nearest_centers(*arguments)).words
-    assert "calls nearest_centers, which is not written yet" in words
+
+def test_a_function_that_calls_an_exercise_which_is_not_done_is_told_so():
+    words = verdict(lambda *arguments: halve(*arguments)).words
+    assert "calls halve, which is not written yet" in words
     assert "your turn" not in words
+
+
+@pytest.mark.parametrize("words", ["", "todo", "not yet"])
+def test_a_stub_with_words_of_a_students_own_is_told_that_it_is_its_turn(words):
+    def stub(x):
+        raise NotImplementedError(words)
+
+    assert "it is your turn" in verdict(stub).words
 
 
 def test_a_function_that_never_ends_is_stopped():
