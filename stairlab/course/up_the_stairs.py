@@ -21,6 +21,7 @@ from stairlab.course.game import (
     Game,
     from_gap,
     gap_of,
+    play,
     repeat,
     replay_plan,
     step_of,
@@ -333,11 +334,9 @@ def draw_gap_map(motion: Sequence[float] = (300.0, 70.0), jumps: int = 0, narrow
 
 
 def _orbit(motion: Sequence[float], jumps: int) -> Game:
-    """Return an episode of one motion, again and again; it ends where nothing moves any more."""
-    game = Game(np.array([motion]), max_jumps=max(jumps, 1))
-    while jumps and not game.over:
-        game.jump(0)
-    return game
+    """Return an episode of so many jumps at most, with one motion again and again."""
+    motions = np.array([motion])
+    return play(motions, lambda seen: 0, max_jumps=jumps) if jumps else Game(motions)
 
 
 def _gain_color(steps: int) -> str:
