@@ -7,20 +7,10 @@ import pytest
 from stairlab import StairWorld, alt_text, load_published_study, uniform_prototypes
 from stairlab.course import learning_to_climb as lesson
 from stairlab.course.learning_to_climb import EXPLORATIONS, LEARNING_RATES, draw_learning, draw_table
-from stairlab.course.small_climb import EPISODES, SmallClimb, q_learning
+from stairlab.course.small_climb import EPISODES
 from stairlab.drawing import png
 
 QUICK = {"learning_starts": 20, "eval_every": 40}
-
-
-@pytest.fixture(scope="module")
-def climb():
-    return SmallClimb()
-
-
-@pytest.fixture(scope="module")
-def learned(climb):
-    return q_learning(climb)
 
 
 @pytest.fixture(scope="module")

@@ -15,17 +15,6 @@ from stairlab.course.small_climb import (
     q_learning,
 )
 
-
-@pytest.fixture(scope="module")
-def climb():
-    return SmallClimb()
-
-
-@pytest.fixture(scope="module")
-def learned(climb):
-    return q_learning(climb)
-
-
 # The small climb
 
 
