@@ -184,12 +184,18 @@ class Trajectory:
         Centre of the cube [m].
     rotation : ndarray of shape (n,)
         Rotation about the x-axis, not wrapped [rad].
+    x : ndarray of shape (n,), optional
+        Centre of the cube, to the side [m]. None in the plane, where it stays what it was.
+    quaternions : ndarray of shape (n, 4), optional
+        Rotation as qx, qy, qz, qw. None in the plane, where ``rotation`` says all.
     """
 
     time: np.ndarray
     y: np.ndarray
     z: np.ndarray
     rotation: np.ndarray
+    x: np.ndarray | None = None
+    quaternions: np.ndarray | None = None
 
 
 def build_space(staircase: Staircase, state: Sequence[float] | np.ndarray) -> tuple[pymunk.Space, pymunk.Body]:

@@ -1,7 +1,7 @@
 """The world of the paper (section 4, figure 1): a cube that jumps before, and up, a staircase.
 
 The robot is a cube of 1 kg that can do one thing: push itself off with a force of some magnitude and angle. How it then flies
-and lands is in ``physics.py``.
+and lands in the plane is in ``physics.py``; in three dimensions, in ``tumbling.py``.
 """
 
 from __future__ import annotations
@@ -149,39 +149,20 @@ class Jump:
         return float(self.effect[2])
 
 
-class StairWorld:
-    """A cube before a staircase, in the y-z plane.
+class CubeWorld:
+    """A cube before a staircase: what the plane (``StairWorld``) and three dimensions (``TumblingWorld``) have in common.
 
     ``jump`` acts on the present state and leaves the world in the state the jump ends in; ``reset`` goes back to the start, or to
-    any state. A jump depends on nothing but the state, the motion and, with drift, the generator: each is computed in a
-    space of its own.
-
-    Parameters
-    ----------
-    staircase : Staircase, optional
-        The stairs; four steps by default.
-    x_drift : bool
-        Let x drift by a small random model, for jumps that are given a generator. Off by default.
-
-    Attributes
-    ----------
-    feature_names : tuple of str
-        The eight features of a state.
-    motion_names, motion_low, motion_high
-        The motion space: magnitude 50 to 1000 N, angle 1 to 89 degrees.
-
-    Examples
-    --------
-    >>> world = StairWorld()
-    >>> jump = world.jump(600, 75)
-    >>> round(jump.dz, 2)
-    0.9
+    any state. A jump depends on nothing but the state, the motion and the generator. A world says how its cube moves in ``_checked``,
+    which looks at a given state, and ``_move``, which makes a jump.
     """
 
     feature_names: Sequence[str] = FEATURES
     motion_names: Sequence[str] = ("magnitude", "angle")
+    random: bool
+    """ Whether a jump that is given a generator draws from it """
 
-    def __init__(self, staircase: Staircase | None = None, *, x_drift: bool = False) -> None:
+    def __init__(self, staircase: Staircase | None = None) -> None:
         if staircase is not None and not isinstance(staircase, Staircase):
             raise TypeError(f"staircase must be a Staircase, not {staircase!r}.")
         self.staircase = staircase or Staircase()
@@ -190,15 +171,9 @@ class StairWorld:
                 f"staircase must leave the start pose free, with a first_riser of {START_Y + CUBE_EDGE / 2:g} m or more, "
                 f"not {self.staircase.first_riser:g}."
             )
-        if not isinstance(x_drift, bool):
-            raise TypeError(f"x_drift must be True or False, not {x_drift!r}.")
-        self.x_drift = x_drift
         self.motion_low = read_only(np.array([50.0, 1.0]))
         self.motion_high = read_only(np.array([1000.0, 89.0]))
         self._state = self.start
-
-    def __repr__(self) -> str:
-        return f"StairWorld({self.staircase!r}, x_drift={self.x_drift})"
 
     @property
     def start(self) -> np.ndarray:
@@ -210,15 +185,25 @@ class StairWorld:
         """A copy of the present state, shape (8,); give it to ``reset`` to come back to it exactly."""
         return self._state.copy()
 
-    def state_at(self, y: float, z: float, rotation: float = 0.0, x: float = 0.0) -> np.ndarray:
-        """Return the state of a cube at ``y``, ``z``, ``x`` [m], rotated by ``rotation`` about the x-axis [rad]; shape (8,)."""
-        qx, qw = math.sin(rotation / 2), math.cos(rotation / 2)
-        return self._complete(x, y, z, qx, qw)
+    def state_at(self, y: float, z: float, rotation: float = 0.0, x: float = 0.0, yaw: float = 0.0) -> np.ndarray:
+        """Return the state of a cube at ``y``, ``z``, ``x`` [m], rotated about the x-axis, then turned about the vertical [rad].
 
-    def _complete(self, x: float, y: float, z: float, qx: float, qw: float) -> np.ndarray:
+        Returns
+        -------
+        ndarray of shape (8,)
+        """
+        qx, qw = math.sin(rotation / 2), math.cos(rotation / 2)
+        if yaw == 0:
+            return self._complete(x, y, z, qx, 0.0, 0.0, qw)
+        sine, cosine = math.sin(yaw / 2), math.cos(yaw / 2)
+        return self._complete(x, y, z, cosine * qx, sine * qx, sine * qw, cosine * qw)
+
+    def _complete(self, x: float, y: float, z: float, qx: float, qy: float, qz: float, qw: float) -> np.ndarray:
         """Give the quaternion its canonical sign (qw >= 0) and append d_obs."""
-        sign = -1.0 if qw < 0 or (qw == 0 and qx < 0) else 1.0
-        return np.array([x, y, z, sign * qx + 0.0, 0.0, 0.0, sign * qw + 0.0, self.staircase.d_obs(y)])
+        first = next((q for q in (qw, qx, qy, qz) if q != 0), 1.0)
+        sign = math.copysign(1.0, first)
+        turned = [sign * q + 0.0 for q in (qx, qy, qz, qw)]
+        return np.array([x, y, z, *turned, self.staircase.d_obs(y)])
 
     def reset(self, state: np.ndarray | None = None) -> np.ndarray:
         """Put the cube at rest into the start pose, or into ``state``.
@@ -236,30 +221,41 @@ class StairWorld:
         Raises
         ------
         ValueError
-            If the state is not finite, its rotation is not one about the x-axis, or the cube would stand inside the stairs.
+            If the state is not finite, its quaternion is not of length 1 (in the plane: not a rotation about the x-axis), or the cube
+            would stand inside the stairs.
         """
-        self._state = self.start if state is None else self._checked(state)
-        return self.state
-
-    def _checked(self, state: np.ndarray) -> np.ndarray:
+        if state is None:
+            self._state = self.start
+            return self.state
         values = finite_array("state", state, ndim=1)
         if len(values) != len(FEATURES):
             raise ValueError(f"state must have the {len(FEATURES)} entries {', '.join(FEATURES)}, not {len(values)}.")
-        x, y, z, qx, qy, qz, qw, _ = values.tolist()
-        if abs(qy) > 1e-3 or abs(qz) > 1e-3 or abs(math.hypot(qx, qw) - 1) > 1e-3:
-            raise ValueError(f"state must hold a unit quaternion that rotates about x, not {values[3:7]}.")
-        if abs((norm := math.hypot(qx, qw)) - 1) > 1e-12:
-            qx, qw = qx / norm, qw / norm
-        checked = self._complete(x, y, z, qx, qw)
+        x, y, z, *quaternion = values[:7].tolist()
+        checked = self._complete(x, y, z, *self._checked(quaternion))
         if max(abs(x), abs(y), abs(z)) > FARTHEST:
             raise ValueError(f"state must lie within {FARTHEST:g} m of the origin, not at {values[:3]}.")
-        if z < 0 or (depth := overlap(self.staircase, checked)) > DEEPEST_START:
+        if z < 0 or (depth := self._overlap(checked)) > DEEPEST_START:
             raise ValueError(
                 f"state must leave the cube above the stairs, but at y = {y:g} m, z = {z:g} m it stands "
                 f"{'below the ground' if z < 0 else f'{depth:.3f} m inside them'}; upright on the tread there, z is "
                 f"{self.staircase.height_at(y) + CUBE_EDGE / 2:g} m."
             )
-        return checked
+        self._state = checked
+        return self.state
+
+    def _checked(self, quaternion: list[float]) -> list[float]:
+        """Return a quaternion of length 1 that the cube of this world can have; raise a ValueError for another one."""
+        raise NotImplementedError
+
+    def _overlap(self, state: np.ndarray) -> float:
+        """Depth to which a cube in ``state`` would stand inside the stairs [m]."""
+        raise NotImplementedError
+
+    def _move(
+        self, magnitude: float, angle: float, rng: np.random.Generator | None, record: bool
+    ) -> tuple[np.ndarray, float, Trajectory | None] | None:
+        """Return end state, duration and path of a jump from the present state; None if it is not over within the time limit."""
+        raise NotImplementedError
 
     def draw_start(self, rng: np.random.Generator) -> np.ndarray:
         """Draw a start: tread uniform over ground and all treads on which the cube fits, y uniform where it does; upright, at rest.
@@ -308,7 +304,7 @@ class StairWorld:
         angle : float
             Direction of the force above the +y axis in the y-z plane [deg], 1 to 89; it does not turn with the cube.
         rng : numpy.random.Generator, optional
-            For the drift in x. Without it, or in a world without drift, x stays as it is.
+            For what is random: the rocking of the tumbling world, the drift in x of the plane. Without it nothing is.
         trajectory : bool
             Whether to record the path. The outcome is the same to the bit.
 
@@ -330,27 +326,82 @@ class StairWorld:
         if rng is not None and not isinstance(rng, np.random.Generator):
             raise TypeError(f"rng must be a numpy.random.Generator, not {rng!r}.")
         start = self.state
-        fly = _fly if trajectory else recall_or_fly
-        flight = fly(self.staircase, tuple(start.tolist()), float(magnitude), float(angle), trajectory)
-        if flight is None:
+        moved = self._move(float(magnitude), float(angle), rng, trajectory)
+        if moved is None:
             raise RuntimeError(
                 f"The jump with {magnitude:g} N at {angle:g} degrees from the state {np.round(start, 4).tolist()} was not over after "
                 f"{TIME_LIMIT:g} simulated seconds."
             )
+        end, duration, path = moved
+        self._state = end
+        return Jump(float(magnitude), float(angle), start, end.copy(), self.on_map(end), duration, path)
+
+
+class StairWorld(CubeWorld):
+    """A cube before a staircase, in the y-z plane.
+
+    Each jump is computed in a space of its own (see ``physics.py``); nothing is random unless x drifts.
+
+    Parameters
+    ----------
+    staircase : Staircase, optional
+        The stairs; four steps by default.
+    x_drift : bool
+        Let x drift by a small random model, for jumps that are given a generator. Off by default.
+
+    Attributes
+    ----------
+    feature_names : tuple of str
+        The eight features of a state.
+    motion_names, motion_low, motion_high
+        The motion space: magnitude 50 to 1000 N, angle 1 to 89 degrees.
+    random : bool
+        Whether x drifts.
+
+    Examples
+    --------
+    >>> world = StairWorld()
+    >>> jump = world.jump(600, 75)
+    >>> round(jump.dz, 2)
+    0.9
+    """
+
+    def __init__(self, staircase: Staircase | None = None, *, x_drift: bool = False) -> None:
+        super().__init__(staircase)
+        if not isinstance(x_drift, bool):
+            raise TypeError(f"x_drift must be True or False, not {x_drift!r}.")
+        self.x_drift = self.random = x_drift
+
+    def __repr__(self) -> str:
+        return f"StairWorld({self.staircase!r}, x_drift={self.x_drift})"
+
+    def _checked(self, quaternion: list[float]) -> list[float]:
+        qx, qy, qz, qw = quaternion
+        norm = math.hypot(qx, qw)
+        if abs(qy) > 1e-3 or abs(qz) > 1e-3 or abs(norm - 1) > 1e-3:
+            raise ValueError(
+                f"state must hold a unit quaternion that rotates about x, not {quaternion}: the plane has no other rotation."
+            )
+        if abs(norm - 1) > 1e-12:
+            qx, qw = qx / norm, qw / norm
+        return [qx, 0.0, 0.0, qw]
+
+    def _overlap(self, state: np.ndarray) -> float:
+        return overlap(self.staircase, state)
+
+    def _move(
+        self, magnitude: float, angle: float, rng: np.random.Generator | None, record: bool
+    ) -> tuple[np.ndarray, float, Trajectory | None] | None:
+        start = self._state
+        fly = _fly if record else recall_or_fly
+        flight = fly(self.staircase, tuple(start.tolist()), magnitude, angle, record)
+        if flight is None:
+            return None
         (y, z, rotation), duration, path = flight
         end = self.state_at(y, z, rotation, float(start[0]))
         if self.x_drift and rng is not None:
             end[0] += self._drift(round((z - float(start[2])) / self.staircase.rise), rng)
-        self._state = end
-        return Jump(
-            float(magnitude),
-            float(angle),
-            start,
-            end.copy(),
-            self.on_map(end),
-            duration,
-            path,
-        )
+        return end, duration, path
 
     @staticmethod
     def _drift(steps: int, rng: np.random.Generator) -> float:
