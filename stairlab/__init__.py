@@ -51,7 +51,8 @@ if TYPE_CHECKING:
         plot_study_scores,
         plot_traps,
     )
-    from stairlab.world import Jump, StairWorld, World
+    from stairlab.tumbling import TumblingWorld
+    from stairlab.world import CubeWorld, Jump, StairWorld, World
 
 __version__ = "0.1.0"
 
@@ -60,11 +61,18 @@ try:  # the core works without Gymnasium
 except ImportError:
     pass
 else:
-    _register("stairlab/UpTheStairs-v0", entry_point="stairlab.envs:make_up_the_stairs", max_episode_steps=50)
+    for _version, _world in (("v0", "plane"), ("v1", "tumbling")):
+        _register(
+            f"stairlab/UpTheStairs-{_version}",
+            entry_point="stairlab.envs:make_up_the_stairs",
+            max_episode_steps=50,
+            kwargs={"world": _world},
+        )
 
 _MODULES = {
     "physics": ("Staircase", "Trajectory"),
-    "world": ("Jump", "StairWorld", "World"),
+    "world": ("CubeWorld", "Jump", "StairWorld", "World"),
+    "tumbling": ("TumblingWorld", "stair_world"),
     "sampling": ("Samples", "replay_motions", "sample_motions"),
     "clustering": (
         "HistogramBins",

@@ -81,13 +81,13 @@ def make_env(motions: Prototypes | np.ndarray | None = None, **options: Any) -> 
     motions : Prototypes or array-like of shape (n_motions, 2), optional
         Magnitude [N] and angle [deg] of each action; the continuous motion space by default.
     **options
-        Of the environment, such as ``n_steps`` or ``actuation_noise``.
+        Of the environment, such as ``world="tumbling"``, ``n_steps`` or ``actuation_noise``. Without a ``world`` it is the plane.
 
     Returns
     -------
     gymnasium.Env
     """
-    env = gym.make("stairlab/UpTheStairs-v0", **options)
+    env = gym.make(f"stairlab/UpTheStairs-{'v1' if 'world' in options else 'v0'}", **options)
     return env if motions is None else DiscreteMotions(env, motions)
 
 
@@ -123,7 +123,7 @@ def train(
         Training steps between two evaluations with the greedy policy, on an environment of its own; they do not change the training.
         At most ``total_timesteps``.
     eval_episodes : int
-        Episodes of an evaluation, where there is randomness (noise, drift).
+        Episodes of an evaluation, where there is randomness (rocking, noise, drift).
     env_options : dict, optional
         Of the environment, such as ``{"n_steps": 4}``.
     progress : bool
@@ -159,11 +159,10 @@ def train(
     env, eval_env = make_env(motions, **options), make_env(motions, **options)
     env.reset(seed=for_env)
     settings = PUBLISHED_SETTINGS[method] | settings
-    random = bool(options.get("actuation_noise") or options.get("x_drift"))
     evaluation = _Evaluation(
         eval_env,
         eval_every,
-        eval_episodes if random else 1,
+        eval_episodes if eval_env.unwrapped.random else 1,  # type: ignore[attr-defined]
         for_evaluation,
         total_timesteps if progress else 0,
         watch,

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 if TYPE_CHECKING:
     import pandas as pd
 
+    from stairlab.results import StudyResults
     from stairlab.world import StairWorld
 
 DESCRIPTION = """\
@@ -206,13 +207,23 @@ def _add_steps(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--steps", type=int, default=4, metavar="N", help="steps of the staircase (default: 4)")
 
 
+def _add_world(parser: argparse.ArgumentParser, default: str) -> None:
+    parser.add_argument(
+        "--world",
+        choices=("plane", "tumbling"),
+        default=default,
+        help=f"the plane, or three dimensions, where the cube turns and rolls (default: {default})",
+    )
+
+
 def _add_study(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--methods",
         nargs="+",
         metavar="NAME",
         help="effect, effect-reliable, fixed, uniform, random, uniform-matched, random-matched, sac (default: all of them); "
-        "along-stairs (beyond the paper); or name=motions.csv for a set of your own",
+        "uniform-shifted, uniform-no-corners, effect-plus-steep, along-stairs (beyond the paper); or name=motions.csv for a set of "
+        "your own",
     )
     parser.add_argument(
         "--seeds",
@@ -235,11 +246,28 @@ def _add_study(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--dask", metavar="ADDRESS", help="of the scheduler of a Dask cluster, such as tcp://host:8786, to run on"
     )
+    _add_world(parser, "tumbling")
     parser.add_argument(
         "--restitution",
         type=float,
         metavar="X",
-        help="share of its speed that a riser gives back to the cube, 0 to 1 (default: as in the recorded jumps)",
+        help="share of its speed that a riser of the plane gives back to the cube, 0 to 1 (default: as in the recorded jumps)",
+    )
+    parser.add_argument(
+        "--rocking", type=float, default=1.0, metavar="X", help="how much the tumbling cube rocks before a jump (default: 1)"
+    )
+    parser.add_argument(
+        "--friction", type=float, default=1.0, metavar="X", help="friction of the tumbling world (default: 1)"
+    )
+    parser.add_argument(
+        "--as-published",
+        action="store_true",
+        help="the published code's readings: time-outs are terminations, 16-bit observations, one set for all seeds, the top goes on",
+    )
+    parser.add_argument(
+        "--known",
+        metavar="PART",
+        help="a published study, or a folder of tables, whose runs are not made again (see: stairlab published)",
     )
     parser.add_argument(
         "--tuned",
@@ -305,6 +333,7 @@ def _prototypes(options: argparse.Namespace) -> None:
     from stairlab.effects import EffectClasses
     from stairlab.prototypes import effect_prototypes, prototype_counts
     from stairlab.sampling import Samples
+    from stairlab.results import StudyResults
     from stairlab.world import StairWorld
 
     if options.output:
@@ -393,13 +422,24 @@ def _study(options: argparse.Namespace) -> None:
     if options.tuned:
         given["dqn"] = TUNED_DQN
     given = {name: value for name, value in given.items() if value is not None}
-    study = (Study.quick if options.quick else Study)(out_dir=out, restitution=options.restitution, **given)
+    given |= {name: getattr(options, name) for name in ("world", "restitution", "rocking", "friction", "as_published")}
+    known = _known(options.known) if options.known else None
+    study = (Study.quick if options.quick else Study)(out_dir=out, known=known, **given)
     with dask_cluster(options.dask) if options.dask else nullcontext():
-        study.run(options.jobs)
-    results = StudyResults.from_folder(out)  # of earlier commands, too
+        results = study.run(options.jobs)
+    if any(out.glob("*/SHA256SUMS")):  # of earlier commands, too
+        earlier = StudyResults.from_folder(out)
+        results = known.joined(earlier) if known else earlier
     save_study(results, out)
     _show(({"note": QUICK_NOTE} if options.quick else {}) | {"summary": results.summary()}, options)
     _say(f"runs, tables, figures and report in {out}")
+
+
+def _known(part: str) -> StudyResults:
+    """Read the results that a study is to go on from: a published part, or a folder of tables."""
+    from stairlab.results import StudyResults, load_published_study, published_studies
+
+    return load_published_study(part) if part in published_studies() else StudyResults.load(part)
 
 
 def _published(options: argparse.Namespace) -> None:

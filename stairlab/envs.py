@@ -10,9 +10,10 @@ from gymnasium import spaces
 
 from stairlab._validation import finite_array, finite_number, one_of, whole_number
 from stairlab.physics import CUBE_EDGE, NO_RISER, Staircase
-from stairlab.planning import ends_episode, jump_reward
+from stairlab.planning import MAX_JUMPS, jump_reward, on_top
 from stairlab.prototypes import Prototypes
-from stairlab.world import FEATURES, Jump, StairWorld
+from stairlab.tumbling import stair_world
+from stairlab.world import FEATURES, Jump
 
 FRAME = (9.0, 6.0)
 """ Size of a rendered frame, in hundreds of pixels """
@@ -24,8 +25,11 @@ PAPER_OBSERVATION = ("x", "y", "z", "d_obs")
 OBSERVATIONS = {"paper": PAPER_OBSERVATION, "full": FEATURES}
 FARTHEST_JUMP = 15.0
 """ No jump leads farther than this beyond the stairs [m] """
-FARTHEST_ASIDE = 3.0
-""" An episode ends when the cube is 2.46 m aside, and no jump drifts by more than 0.3 m [m] """
+FARTHEST_ASIDE = {"plane": 3.0, "tumbling": 20.0}
+""" An episode ends when the cube is 2.46 m aside. In the plane no jump drifts by more than 0.3 m; a cube that tumbles off the side may
+roll on for metres [m] """
+PUBLISHED_END = 10.0
+""" Where episodes go on on the top, they end at this y [m], as published """
 
 
 class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
@@ -33,7 +37,7 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
 
     **Description**
 
-    A cube stands before fifteen steps. In each step of the episode it makes one jump, from wherever the last one ended, and waits
+    A cube stands before fifteen steps, in the plane or in three dimensions. In each step of the episode it makes one jump, from wherever the last one ended, and waits
     until it rests. Single steps pay most: a jump that gains three steps earns as much as one that gains one.
 
     **Action Space**
@@ -51,7 +55,7 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
 
     ``Box(4,)``, float32, as in the published wrappers; with ``observation="full"`` the eight features of the paper's text,
     ``Box(8,)``.
-    Bounds for fifteen steps:
+    Bounds for fifteen steps (x in the tumbling world: -20 to 20):
 
     =====  ====  =========================================================  ====  ====  =====
     paper  full  Observation                                                Min   Max   Unit
@@ -89,11 +93,18 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
 
     **Arguments**
 
+    - ``world``: "tumbling" (v1: three dimensions) or "plane" (v0).
+    - ``rocking=1.0``, ``friction=1.0``: of the tumbling world, see ``TumblingWorld``.
+    - ``as_published=False``: the three readings of the published wrappers below, together.
+    - ``time_outs_end=False``: report an episode that runs out of jumps as terminated, too, so that agents do not bootstrap there.
+    - ``half_precision=False``: observations of dtype float16, and with them an agent's memory.
+    - ``top_goes_on=False``: the episode goes on on the top, until y = 10 m or the last jump.
+
     - ``n_steps=15``: steps of the staircase; the last tread is 10 m deep.
     - ``observation="paper"``: or ``"full"``.
     - ``actuation_noise=0.0``: standard deviation of the force, relative to it.
-    - ``x_drift=False``: let x drift by the model of ``StairWorld``.
-    - ``restitution=None``: of the risers, see ``Staircase``.
+    - ``x_drift=False``: in the plane, let x drift by the model of ``StairWorld``.
+    - ``restitution=None``: of the plane's risers, see ``Staircase``.
     - ``render_mode=None``: or ``"rgb_array"``.
 
     ``info`` holds ``steps`` (steps climbed, 0 on the ground), ``height`` [m], ``on_map``, and ``duration`` (simulated time
@@ -101,7 +112,8 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
 
     ## Version History
 
-    - v0: first version.
+    - v1: three dimensions by default; the readings of the published wrappers as options.
+    - v0: first version, in the plane.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 2}  # noqa: RUF012
@@ -109,11 +121,18 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
     def __init__(
         self,
         *,
+        world: str = "plane",
         n_steps: int = 15,
         observation: str = "paper",
         actuation_noise: float = 0.0,
         x_drift: bool = False,
         restitution: float | None = None,
+        rocking: float = 1.0,
+        friction: float = 1.0,
+        as_published: bool = False,
+        time_outs_end: bool = False,
+        half_precision: bool = False,
+        top_goes_on: bool = False,
         render_mode: str | None = None,
     ) -> None:
         if render_mode == "human":
@@ -126,20 +145,28 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
         self.actuation_noise = finite_number("actuation_noise", actuation_noise, low=0, high=1)
         self.render_mode = render_mode
         staircase = Staircase(whole_number("n_steps", n_steps, low=1), last_run=LAST_RUN, restitution=restitution)
-        self.world = StairWorld(staircase, x_drift=x_drift)
+        self.world = stair_world(world, staircase, x_drift=x_drift, rocking=rocking, friction=friction)
+        self.time_outs_end = time_outs_end or as_published
+        self.top_goes_on = top_goes_on or as_published
+        self.random = self.world.random or self.actuation_noise > 0
+        self._dtype = np.float16 if half_precision or as_published else np.float32
+        self._aside = FARTHEST_ASIDE[world]
+        self._jumps = 0
         self.action_space = spaces.Box(
             self.world.motion_low.astype(np.float32), self.world.motion_high.astype(np.float32), dtype=np.float32
         )
         self._features = [FEATURES.index(name) for name in names]
         low, high = self._bounds()
-        self.observation_space = spaces.Box(low[self._features], high[self._features], dtype=np.float32)
+        self.observation_space = spaces.Box(
+            low[self._features].astype(self._dtype), high[self._features].astype(self._dtype), dtype=self._dtype
+        )
         self._last_jump: Jump | None = None
         self._canvas: _Canvas | None = None
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         stairs = self.world.staircase
-        low = [-FARTHEST_ASIDE, -FARTHEST_JUMP, 0.0, -1.0, -1.0, -1.0, -1.0, 0.0]
-        high = [FARTHEST_ASIDE, stairs.end + FARTHEST_JUMP, stairs.top + CUBE_EDGE, 1.0, 1.0, 1.0, 1.0, NO_RISER]
+        low = [-self._aside, -FARTHEST_JUMP, 0.0, -1.0, -1.0, -1.0, -1.0, 0.0]
+        high = [self._aside, stairs.end + FARTHEST_JUMP, stairs.top + CUBE_EDGE, 1.0, 1.0, 1.0, 1.0, NO_RISER]
         return np.array(low, dtype=np.float32), np.array(high, dtype=np.float32)
 
     def reset(
@@ -147,7 +174,7 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Put the cube into the start pose; see Gymnasium's ``Env.reset``."""
         super().reset(seed=seed)
-        self._last_jump = None
+        self._last_jump, self._jumps = None, 0
         return self._observe(self.world.reset()), self._info()
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, SupportsFloat, bool, bool, dict[str, Any]]:
@@ -158,8 +185,14 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
         magnitude, angle = self._noisy(motion).tolist()
         shown = self.render_mode is not None
         jump = self._last_jump = self.world.jump(magnitude, angle, self.np_random, trajectory=shown)
+        self._jumps += 1
         reward = jump_reward(jump.dz, self.world.staircase.rise)
-        return self._observe(jump.end), reward, ends_episode(self.world.staircase, jump), False, self._info()
+        return self._observe(jump.end), reward, self._ends(jump), False, self._info()
+
+    def _ends(self, jump: Jump) -> bool:
+        if not jump.on_map or (self.time_outs_end and self._jumps >= MAX_JUMPS):
+            return True
+        return bool(jump.end[1] >= PUBLISHED_END) if self.top_goes_on else on_top(self.world.staircase, jump)
 
     def _noisy(self, motion: np.ndarray) -> np.ndarray:
         if self.actuation_noise:
@@ -172,7 +205,7 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
         return motion
 
     def _observe(self, state: np.ndarray) -> np.ndarray:
-        return state[self._features].astype(np.float32)
+        return state[self._features].astype(self._dtype)
 
     def _info(self) -> dict[str, Any]:
         state, jump = self.world.state, self._last_jump

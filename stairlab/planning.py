@@ -18,7 +18,7 @@ from tqdm import tqdm
 from stairlab._validation import finite_array, finite_number, whole_number
 from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.prototypes import Prototypes
-from stairlab.world import Jump, StairWorld
+from stairlab.world import CubeWorld, Jump, StairWorld, yaw_of
 
 MAX_JUMPS = 50
 """ Jumps in an episode """
@@ -58,9 +58,14 @@ def jump_reward(dz: float, rise: float) -> float:
     return dz / rise if dz < -DEAD_BAND else 0.0
 
 
+def on_top(staircase: Staircase, jump: Jump) -> bool:
+    """Whether the cube rests on the last tread after a jump."""
+    return bool(jump.end[2] > staircase.top + CUBE_EDGE / 2 - DEAD_BAND)
+
+
 def ends_episode(staircase: Staircase, jump: Jump) -> bool:
     """Whether a jump ends the episode: it leaves the map, or the cube rests on the last tread."""
-    return not jump.on_map or bool(jump.end[2] > staircase.top + CUBE_EDGE / 2 - DEAD_BAND)
+    return not jump.on_map or on_top(staircase, jump)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +128,7 @@ class Plan:
 
 
 def best_return(
-    staircase: Staircase,
+    staircase: Staircase | CubeWorld,
     motions: Prototypes | np.ndarray,
     *,
     max_jumps: int = MAX_JUMPS,
@@ -154,8 +159,10 @@ def best_return(
 
     Parameters
     ----------
-    staircase : Staircase
-        The stairs; ``Staircase.fifteen()`` for the learning task.
+    staircase : Staircase or world of the stairs
+        The stairs, which are then those of the plane; ``Staircase.fifteen()`` for the learning task. Or a world, such as
+        ``TumblingWorld(Staircase.fifteen())``. A jump of the search is given no generator: in the tumbling world the cube rocks
+        before each jump in the same, fixed way, so the search says what a robot could do that knows how the cube rocks.
     motions : Prototypes or array-like of shape (n_motions, 2)
         Magnitude [N] and angle [deg], all different. They are rounded to single precision, as the environment's actions are, so that
         the plan does there what it does here.
@@ -191,10 +198,10 @@ def best_return(
     >>> plan.steps_climbed <= 2, plan.value <= plan.bound
     (True, True)
     """
-    if not isinstance(staircase, Staircase):
-        raise TypeError(f"staircase must be a Staircase, not {staircase!r}.")
-    finite_number("staircase.rise", staircase.rise, low=LOWEST_RISE)
-    world = StairWorld(staircase)
+    if not isinstance(staircase, Staircase | CubeWorld):
+        raise TypeError(f"staircase must be a Staircase or a world of the stairs, not {staircase!r}.")
+    world = _world_of(staircase)
+    finite_number("staircase.rise", world.staircase.rise, low=LOWEST_RISE)
     values = _checked(world, motions)
     settings: dict[str, float] = {
         "max_jumps": whole_number("max_jumps", max_jumps, low=1),
@@ -212,7 +219,7 @@ def best_return(
     return _plan(searches, episode, settings)
 
 
-def trap_width(staircase: Staircase, motions: Prototypes | np.ndarray) -> float:
+def trap_width(staircase: Staircase | CubeWorld, motions: Prototypes | np.ndarray) -> float:
     r"""Return the gap to the riser ahead below which no motion of a set climbs: the width of the trap that the riser is.
 
     A riser takes the forward part of a push, so a cube climbs from a gap g only on a path that is steep enough to pass the edge,
@@ -224,8 +231,8 @@ def trap_width(staircase: Staircase, motions: Prototypes | np.ndarray) -> float:
 
     Parameters
     ----------
-    staircase : Staircase
-        The stairs.
+    staircase : Staircase or world of the stairs
+        The stairs (of the plane), or a world.
     motions : Prototypes or array-like of shape (n_motions, 2)
         Magnitude [N] and angle [deg], all different.
 
@@ -245,7 +252,8 @@ def trap_width(staircase: Staircase, motions: Prototypes | np.ndarray) -> float:
     >>> trap_width(Staircase.fifteen(), [[500, 80]]) > trap_width(Staircase.fifteen(), [[500, 80], [500, 88]])
     True
     """
-    world = StairWorld(staircase)
+    world = _world_of(staircase)
+    staircase = world.staircase
     values = _checked(world, motions)
     slope = np.tan(np.radians(values[:, 1]))
     widest = 0.0
@@ -256,14 +264,23 @@ def trap_width(staircase: Staircase, motions: Prototypes | np.ndarray) -> float:
     return math.inf
 
 
-def jumps_to_climb(world: StairWorld, motions: np.ndarray, max_simulated: int = 1000) -> float:
+def _world_of(staircase: Staircase | CubeWorld) -> CubeWorld:
+    """Return a world of its own for a search: the plane's, if stairs are given."""
+    if isinstance(staircase, CubeWorld):
+        world = copy.copy(staircase)
+        world.reset()
+        return world
+    return StairWorld(staircase)
+
+
+def jumps_to_climb(world: CubeWorld, motions: np.ndarray, max_simulated: int = 1000) -> float:
     """Search for the fewest jumps of a set after which the cube can rest higher than it does now.
 
     Breadth first over the rest states that the set can reach, where states within 0.1 mm (and upright alike) are taken for one.
 
     Parameters
     ----------
-    world : StairWorld
+    world : StairWorld or TumblingWorld
         The cube in its present state; it stays as it is.
     motions : array-like of shape (n_motions, 2)
         Magnitude [N] and angle [deg].
@@ -295,7 +312,7 @@ def jumps_to_climb(world: StairWorld, motions: np.ndarray, max_simulated: int = 
     return math.inf
 
 
-def _tried(world: StairWorld, motions: np.ndarray) -> Iterator[tuple[int, Jump, StairWorld]]:
+def _tried(world: CubeWorld, motions: np.ndarray) -> Iterator[tuple[int, Jump, CubeWorld]]:
     """Try each motion from a world's state: its row, the jump, and the world after it; one that is not over in time is left out."""
     for row, motion in enumerate(motions):
         there = copy.copy(world)  # a jump replaces the state of the copy
@@ -306,12 +323,12 @@ def _tried(world: StairWorld, motions: np.ndarray) -> Iterator[tuple[int, Jump, 
         yield row, jump, there
 
 
-def _resting_place(world: StairWorld) -> tuple[float, ...]:
-    _, y, z, qx, *_ = world.state.tolist()
-    return round(y, 4), round(z, 3), round(qx, 2)
+def _resting_place(world: CubeWorld) -> tuple[float, ...]:
+    _, y, z, *quaternion, _ = world.state.tolist()
+    return round(y, 4), round(z, 3), *(round(q, 2) for q in quaternion)
 
 
-def _climbs(world: StairWorld, gap: float, motion: np.ndarray) -> bool:
+def _climbs(world: CubeWorld, gap: float, motion: np.ndarray) -> bool:
     """Whether a motion gains height from upright at a gap to the middle riser."""
     stairs = world.staircase
     below = stairs.n_steps // 2
@@ -322,7 +339,7 @@ def _climbs(world: StairWorld, gap: float, motion: np.ndarray) -> bool:
         return False
 
 
-def _checked(world: StairWorld, motions: Prototypes | np.ndarray) -> np.ndarray:
+def _checked(world: CubeWorld, motions: Prototypes | np.ndarray) -> np.ndarray:
     given = finite_array("motions", motions.motions if isinstance(motions, Prototypes) else motions, columns=2)
     values = given.astype(np.float32).astype(float)
     outside = ((values < world.motion_low) | (values > world.motion_high)).any(axis=1)
@@ -340,7 +357,7 @@ def _checked(world: StairWorld, motions: Prototypes | np.ndarray) -> np.ndarray:
 class _Node:
     """An episode so far: the world with the cube where it rests, and how it came there."""
 
-    world: StairWorld
+    world: CubeWorld
     step: int
     score: int  # return in whole steps
     jumps: int = 0
@@ -370,7 +387,7 @@ class _Search:
     """
 
     def __init__(
-        self, world: StairWorld, motions: np.ndarray, max_jumps: int, tolerance: float, episode: _Node | None = None
+        self, world: CubeWorld, motions: np.ndarray, max_jumps: int, tolerance: float, episode: _Node | None = None
     ) -> None:
         self.motions, self.max_jumps, self.tolerance = motions, max_jumps, tolerance
         self.staircase = world.staircase
@@ -381,7 +398,7 @@ class _Search:
         self.by_climb: list[tuple] = []
         self.serial = itertools.count()
         self.tried: set[_Node] = set()
-        self.known: dict[tuple[int, int, int], list[tuple[int, int]]] = {}
+        self.known: dict[tuple[int, int, int, int], list[tuple[int, int]]] = {}
         self.simulated = self.merged = 0
         self.push(start)
 
@@ -441,18 +458,19 @@ class _Search:
     def as_early(self, jumps: int, others: int) -> bool:
         return jumps == others if self.whole else jumps <= others
 
-    def cell(self, node: _Node) -> tuple[int, int, int]:
-        """Return the cell of like states: step, y, and rotation modulo 90 degrees."""
-        _, y, _, qx, _, _, qw, _ = node.world.state.tolist()
-        turned = round(math.degrees(2 * math.atan2(qx, qw)) / ROTATION_CELL)
-        return node.step, round(y / self.tolerance), turned % round(90 / ROTATION_CELL)
+    def cell(self, node: _Node) -> tuple[int, int, int, int]:
+        """Return the cell of like states: step, y, and rotation about x and about the vertical, each modulo 90 degrees."""
+        _, y, _, qx, qy, qz, qw, _ = node.world.state.tolist()
+        quarter = round(90 / ROTATION_CELL)
+        turned = round(math.degrees(2 * math.atan2(qx, qw)) / ROTATION_CELL) % quarter
+        return node.step, round(y / self.tolerance), turned, round(yaw_of(qx, qy, qz, qw) / ROTATION_CELL) % quarter
 
     def children(self, node: _Node) -> list[_Node]:
         """Try every motion; a jump that is not over in time leads nowhere."""
         self.simulated += len(self.motions)
         return [self.child(node, *tried) for tried in _tried(node.world, self.motions)]
 
-    def child(self, node: _Node, motion: int, jump: Jump, world: StairWorld) -> _Node:
+    def child(self, node: _Node, motion: int, jump: Jump, world: CubeWorld) -> _Node:
         """Return the episode that goes on with a jump."""
         step = round((float(jump.end[2]) - CUBE_EDGE / 2) / self.staircase.rise)
         return _Node(

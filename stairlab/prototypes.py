@@ -450,7 +450,9 @@ REFINERS: dict[str, Callable[[_MotionSpace, int, np.ndarray], np.ndarray]] = {
 }
 
 
-def uniform_prototypes(world: World, per_side: int = 4, *, n: int | None = None) -> Prototypes:
+def uniform_prototypes(
+    world: World, per_side: int = 4, *, n: int | None = None, seed: Seed | None = None
+) -> Prototypes:
     """Return a regular grid over the motion space, corners included (figure 3d): 16 prototypes for the stairs.
 
     Parameters
@@ -462,6 +464,9 @@ def uniform_prototypes(world: World, per_side: int = 4, *, n: int | None = None)
     n : int, optional
         As many prototypes as this instead, 4 or more, where a motion has two parameters: as near to a square grid as there is, in
         rows of equal distance (of the second parameter), some of which hold one more.
+    seed : int or numpy.random.SeedSequence, optional
+        Shift the grid by an offset drawn from it: the motion space is cut into ``per_side`` cells along each parameter, and each
+        prototype lies at the same place within its cell. No prototype is a corner of the motion space then.
 
     Raises
     ------
@@ -469,13 +474,27 @@ def uniform_prototypes(world: World, per_side: int = 4, *, n: int | None = None)
         If an argument is not as described.
     """
     check_world(world)
+    settings: dict[str, Any]
+    if n is not None and seed is not None:
+        raise ValueError("n and seed must not be given both: only a square grid can be shifted.")
     if n is None:
-        settings = {"per_side": whole_number("per_side", per_side, low=2)}
+        settings = {"per_side": whole_number("per_side", per_side, low=2), **({} if seed is None else {"shifted": True})}
         motions = motion_grid(world, per_side)
+        if seed is not None:
+            offset = np.random.default_rng(seed_sequence(seed, "shifted grid")).random(motions.shape[1])
+            low, high = np.asarray(world.motion_low), np.asarray(world.motion_high)
+            cell = (high - low) / per_side
+            motions = low + cell * (np.rint((motions - low) / (high - low) * (per_side - 1)) + offset)
     else:
         settings = {"n": whole_number("n", n, low=4)}
         motions = _rows(world, n)
-    return Prototypes(motions, method="uniform", settings=settings, motion_names=tuple(world.motion_names))
+    return Prototypes(
+        motions,
+        method="uniform",
+        seed="" if seed is None else _seed_name(seed),
+        settings=settings,
+        motion_names=tuple(world.motion_names),
+    )
 
 
 def _rows(world: World, n: int) -> np.ndarray:

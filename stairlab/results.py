@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from importlib.resources import as_file, files
@@ -43,11 +43,19 @@ METHODS = {
     "sac": "SAC on the continuous motion space",
 }
 """ What a study of the paper compares """
-BEYOND = {"along-stairs": "at most twenty prototypes found along the stairs (beyond.py)"}
+BEYOND = {
+    "uniform-shifted": "a 4 x 4 grid with an offset of its own for each seed, without corners",
+    "uniform-no-corners": "the 4 x 4 grid without its four corners",
+    "effect-plus-steep": "effect-based prototypes and one motion of 600 N at 89 degrees",
+    "along-stairs": "at most twenty prototypes found along the stairs (beyond.py)",
+}
 """ What it can compare besides """
 ORDER = sorted([*METHODS, *BEYOND], key=lambda method: method == "sac")
 """ In which methods are listed: SAC, which has no set, after the others; sets of one's own come last """
+PLANE = {"world": "plane", "rocking": 1.0, "friction": 1.0, "as_published": False}
+""" Settings of studies that were made before there was a choice """
 TABLES = ("runs", "evaluations", "motions", "episodes")
+RUN = ["method", "seed"]
 STUDY_FILE = "study.json"
 CHECKSUMS = "SHA256SUMS"
 TOP_STEP = 15
@@ -101,6 +109,7 @@ class StudyResults:
         UserWarning
             If a run is damaged; it is left out.
         """
+        description = {**description, "settings": PLANE | description["settings"]}
         whole = [folder for folder in folders if _is_whole(folder)]
         if not whole:
             raise ValueError("There must be a finished run to read, but there is none; run the study first.")
@@ -139,6 +148,37 @@ class StudyResults:
         except (FileNotFoundError, NotADirectoryError, json.JSONDecodeError):
             raise ValueError(f"folder must hold a study, but {folder} has no readable {STUDY_FILE}.") from None
         return cls.from_runs([path.parent for path in folder.glob(f"*/{CHECKSUMS}")], description)
+
+    def selected(self, methods: Iterable[str], seeds: Iterable[int]) -> StudyResults:
+        """Return the runs of some methods and seeds."""
+        tables = {name: getattr(self, name) for name in TABLES}
+        chosen = {
+            name: table[table["method"].isin(list(methods)) & table["seed"].isin(list(seeds))].reset_index(drop=True)
+            for name, table in tables.items()
+        }
+        return StudyResults(description=self.description, **chosen)
+
+    def joined(self, other: StudyResults) -> StudyResults:
+        """Return these runs and those of another part of the same study; a run that both hold is taken from the other."""
+        twice = set(other.runs[RUN].itertuples(index=False, name=None))
+        tables = {}
+        for name in TABLES:
+            table = getattr(self, name)
+            kept = table[[run not in twice for run in table[RUN].itertuples(index=False, name=None)]]
+            both = pd.concat([part for part in (kept, getattr(other, name)) if len(part)], ignore_index=True)
+            order = both[RUN].apply(lambda run: _place_of(*run), axis=1) if len(both) else both.index
+            tables[name] = both.loc[order.sort_values(kind="stable").index].reset_index(drop=True)
+        own = self.description["own"] | other.description["own"]
+        return StudyResults(description={**other.description, "own": own}, **tables)
+
+    def without_motions_of(self, methods: Iterable[str]) -> StudyResults:
+        """Return the results without the motions of some sets: for sets whose motions are not ours to hand on."""
+        methods = list(methods)
+        hidden = self.episodes.copy()
+        hidden.loc[hidden["method"].isin(methods), ["magnitude", "angle"]] = np.nan
+        return StudyResults(
+            self.runs, self.evaluations, self.motions[~self.motions["method"].isin(methods)], hidden, self.description
+        )
 
     @property
     def methods(self) -> list[str]:
@@ -295,10 +335,14 @@ class StudyResults:
     def _flags(self) -> list[str]:
         settings = self.description["settings"]
         flags = ["--quick"] if self.quick else [f"--timesteps {settings['total_timesteps']}"]
+        flags.append(f"--world {settings['world']}")
         if settings["dqn"] == TUNED_DQN:
             flags.append("--tuned")
         if settings["restitution"] is not None:
             flags.append(f"--restitution {settings['restitution']:g}")
+        flags += [f"--{name} {settings[name]:g}" for name in ("rocking", "friction") if settings[name] != 1]
+        if settings["as_published"]:
+            flags.append("--as-published")
         return flags
 
     def save_tables(self, folder: str | PathLike[str]) -> list[Path]:
@@ -325,8 +369,10 @@ class StudyResults:
         folder, path = Path(folder), Path()
         try:
             tables = {name: pd.read_csv(path := folder / f"{name}.csv") for name in TABLES}
+            if "episode" not in tables["episodes"]:  # of a study that was made when one was kept
+                tables["episodes"].insert(2, "episode", 0)
             description = json.loads((path := folder / "description.json").read_bytes())
-            return cls(description={**description, "settings": dict(description["settings"])}, **tables)
+            return cls(description={**description, "settings": PLANE | description["settings"]}, **tables)
         except (ValueError, KeyError, TypeError) as error:
             raise ValueError(f"{path} must be a file of a study's tables, but cannot be read as one: {error}") from None
 
@@ -418,6 +464,9 @@ def _is_whole(folder: Path) -> bool:
 
 
 def _place(found: tuple[dict[str, Any], Path]) -> tuple[int, str, int]:
+    return _place_of(found[0]["method"], found[0]["seed"])
+
+
+def _place_of(method: str, seed: int) -> tuple[int, str, int]:
     """Order runs: the paper's methods first, and by seed."""
-    method, seed = found[0]["method"], found[0]["seed"]
     return (ORDER.index(method) if method in ORDER else len(ORDER), method, seed)

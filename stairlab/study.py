@@ -47,12 +47,19 @@ from stairlab.effects import EffectClasses
 from stairlab.physics import Staircase
 from stairlab.planning import MAX_SIMULATED, Plan, best_return
 from stairlab.prototypes import Prototypes, effect_prototypes, random_prototypes, uniform_prototypes
-from stairlab.results import BEYOND, CHECKSUMS, METHODS, STUDY_FILE, StudyResults, damage
+from stairlab.results import BEYOND, CHECKSUMS, METHODS, PLANE, STUDY_FILE, StudyResults, damage
 from stairlab.sampling import sample_motions
-from stairlab.world import StairWorld
+from stairlab.tumbling import stair_world
+from stairlab.world import CubeWorld, yaw_of
 
 FIXED = 5
 """ Prototypes a class for the method "fixed" """
+STEEP = (600.0, 89.0)
+""" The motion that "effect-plus-steep" adds: as steep as any, with a force that lifts the cube by some steps; N and degrees """
+SEARCHED = {"plane": MAX_SIMULATED, "tumbling": 2000}
+""" Jumps that the search for the best return may simulate """
+LAST_EPISODES = 5
+""" Greedy episodes of a trained agent that are kept, where the world is random """
 SETS = METHODS | BEYOND
 POLL_TIME = 1.0
 """ Between two looks at the runs that another process is making [s] """
@@ -78,10 +85,17 @@ class Settings:
         Training steps between two evaluations.
     n_samples : int
         Random jumps that the effect-based sets are made from.
-    max_simulated : int
-        Jumps that the search for the best return may simulate.
+    max_simulated : int, optional
+        Jumps that the search for the best return may simulate: 20,000 in the plane, 2,000 in the tumbling world.
+    world : {"tumbling", "plane"}
+        Where sets are made and agents trained.
     restitution : float or None
-        Of the risers, see ``Staircase``.
+        Of the plane's risers, see ``Staircase``.
+    rocking, friction : float
+        Of the tumbling world, see ``TumblingWorld``.
+    as_published : bool
+        The readings of the published code: time-outs are terminations, observations have 16 bits, an episode goes on on the
+        top (see ``UpTheStairs``), and one set made from samples, that of seed 0, serves all seeds.
     dqn, sac : dict
         Settings of the algorithms in place of the published ones.
     quick : bool
@@ -91,21 +105,39 @@ class Settings:
     total_timesteps: int = 30_000
     eval_every: int = EVAL_EVERY
     n_samples: int = 2000
-    max_simulated: int = MAX_SIMULATED
+    max_simulated: int | None = None
+    world: str = "tumbling"
     restitution: float | None = None
+    rocking: float = 1.0
+    friction: float = 1.0
+    as_published: bool = False
     dqn: dict[str, Any] = field(default_factory=dict)
     sac: dict[str, Any] = field(default_factory=dict)
     quick: bool = False
 
     def __post_init__(self) -> None:
         check_budget(self.total_timesteps, self.eval_every)
+        self.make_world()  # checks it
+        if self.max_simulated is None:
+            object.__setattr__(self, "max_simulated", SEARCHED[self.world])
         for name in ("n_samples", "max_simulated"):
             whole_number(name, getattr(self, name), low=1)
-        Staircase(restitution=self.restitution)  # checks it
         for algorithm in ("dqn", "sac"):
             check_settings(algorithm, getattr(self, algorithm))
-        if not isinstance(self.quick, bool):
-            raise TypeError(f"quick must be True or False, not {self.quick!r}.")
+        for name in ("quick", "as_published"):
+            if not isinstance(getattr(self, name), bool):
+                raise TypeError(f"{name} must be True or False, not {getattr(self, name)!r}.")
+
+    def make_world(self, n_steps: int = 4) -> CubeWorld:
+        """Make the world with four steps, where sets are made, or with the fifteen of the task."""
+        staircase = Staircase.fifteen(self.restitution) if n_steps == 15 else Staircase(n_steps, restitution=self.restitution)
+        return stair_world(self.world, staircase, rocking=self.rocking, friction=self.friction)
+
+    @property
+    def env_options(self) -> dict[str, Any]:
+        """Options of the environment."""
+        names = ("world", "restitution", "rocking", "friction", "as_published")
+        return {name: getattr(self, name) for name in names}
 
 
 @dataclass(frozen=True)
@@ -138,13 +170,15 @@ class Study:
         Jumps to train with.
     out_dir : path-like
         Folder of the study. One that holds runs of the same study is gone on with; other methods and seeds may join it.
+    known : StudyResults, optional
+        Runs of the same study that are known from its tables, such as ``load_published_study("tumbling")``; they are not made again.
     **settings
         See ``Settings``.
 
     Raises
     ------
     ValueError, TypeError
-        If an argument is not as described, or the folder holds another study. Nothing is trained then.
+        If an argument is not as described, or the folder or the known results are of another study. Nothing is trained then.
     OSError
         If a file of motions cannot be read.
 
@@ -161,6 +195,7 @@ class Study:
         total_timesteps: int = 30_000,
         *,
         out_dir: str | PathLike[str] = "study",
+        known: StudyResults | None = None,
         **settings: Any,
     ) -> None:
         self.settings = Settings(total_timesteps, **settings)
@@ -180,6 +215,12 @@ class Study:
         self._told: set[tuple[str, ...]] = set()
         _json(self._description())  # raises a TypeError for a setting that could not be written
         _check_same_study(self.out_dir, self._description())
+        if not isinstance(known, StudyResults | None):
+            raise TypeError(f"known must be StudyResults, not {type(known).__name__}.")
+        self.known = known
+        if known is not None:
+            _refuse_other("known", known.description, self._description())
+        self._known_runs = set() if known is None else set(known.runs[["method", "seed"]].itertuples(index=False, name=None))
 
     @classmethod
     def quick(
@@ -278,6 +319,8 @@ class Study:
 
     def _is_there(self, task: _Task) -> bool:
         """Whether a run is finished and undamaged; a damaged one is reported and removed."""
+        if (task.method, task.seed) in self._known_runs:
+            return True
         folder = self.out_dir / task.name
         if not folder.exists():
             return False
@@ -307,10 +350,14 @@ class Study:
     def results(self) -> StudyResults:
         """Read the finished runs of this study's methods and seeds."""
         folders = [self.out_dir / f"{method}-{seed}" for method in self.methods for seed in self.seeds]
-        return StudyResults.from_runs([folder for folder in folders if folder.exists()], self._description())
+        there = [folder for folder in folders if folder.exists()]
+        if self.known is None:
+            return StudyResults.from_runs(there, self._description())
+        known = self.known.selected(self.methods, self.seeds)
+        return known.joined(StudyResults.from_runs(there, self._description())) if there else known
 
     def _description(self) -> dict[str, Any]:
-        own = {name: motions.motions.tolist() for name, motions in self.own.items()}
+        own = {name: hashlib.sha256(motions.motions.tobytes()).hexdigest() for name, motions in self.own.items()}
         return {"settings": asdict(self.settings), "own": own}
 
 
@@ -376,7 +423,12 @@ def _check_same_study(folder: Path, description: Mapping[str, Any]) -> None:
         raise ValueError(
             f"{path} is damaged: it does not say which study this is. Name another folder, or delete {folder}."
         ) from None
-    here = json.loads(_json(description))
+    _refuse_other(str(folder), {"settings": settings, "own": own}, description)
+
+
+def _refuse_other(name: str, there: Mapping[str, Any], description: Mapping[str, Any]) -> None:
+    """Refuse what is not of the same study."""
+    settings, own, here = PLANE | there["settings"], there["own"], json.loads(_json(description))
     differing = [
         f"{name} is {settings.get(name)!r} there and {value!r} here"
         for name, value in here["settings"].items()
@@ -386,7 +438,7 @@ def _check_same_study(folder: Path, description: Mapping[str, Any]) -> None:
         f"the motions {name!r} differ" for name in own.keys() & here["own"].keys() if own[name] != here["own"][name]
     ]
     if differing:
-        raise ValueError(f"{folder} holds another study: {'; '.join(differing)}. Name another folder.")
+        raise ValueError(f"{name} holds another study: {'; '.join(differing)}. Name another folder.")
 
 
 def _join(folder: Path, description: Mapping[str, Any]) -> None:
@@ -436,9 +488,9 @@ def _perform(task: _Task) -> tuple[str, dict[str, bytes]]:
 
 def _files(task: _Task) -> dict[str, bytes]:
     settings = task.settings
-    children = dict(zip(("sampling", "prototypes", "training"), _children(task.seed), strict=True))
+    children = dict(zip(("sampling", "prototypes", "training", "episodes"), _children(task.seed), strict=True))
     began = time.perf_counter()
-    motions = task.motions or motion_set(task.method, task.seed, settings.n_samples, settings.restitution)
+    motions = task.motions or motion_set(task.method, task.seed, settings)
     prepared = time.perf_counter()
     algorithm = "dqn" if motions else "sac"
     training = train(
@@ -447,7 +499,7 @@ def _files(task: _Task) -> dict[str, bytes]:
         children["training"],
         settings.total_timesteps,
         eval_every=settings.eval_every,
-        env_options={"restitution": settings.restitution},
+        env_options=settings.env_options,
         progress=False,
         **getattr(settings, algorithm),
     )
@@ -471,22 +523,22 @@ def _files(task: _Task) -> dict[str, bytes]:
         "settings": asdict(settings),
         "versions": training.versions,
     }
-    episode = _last_episode(training, motions, settings)
+    episode = _last_episodes(training, motions, settings, children["episodes"])
     files = {"evaluations.csv": _csv(training.evaluations), "episode.csv": _csv(episode)}
     if motions:
         files["motions.csv"] = _csv(motions.to_frame())
     return files | {"run.json": _json(run)}  # last: checksums that were cut off lack it
 
 
-_WITH_CLASSES = ("effect", "effect-reliable", "fixed", "along-stairs")
+_WITH_CLASSES = ("effect", "effect-reliable", "fixed", "effect-plus-steep", "along-stairs")
 
 
 def _children(seed: int) -> list[np.random.SeedSequence]:
-    """Return the seeds of sampling, of clustering, RGNG and random sets, and of training."""
-    return np.random.SeedSequence(seed).spawn(3)
+    """Return the seeds of sampling, of clustering, RGNG and random sets, of training, and of the last episodes."""
+    return np.random.SeedSequence(seed).spawn(4)
 
 
-def motion_set(method: str, seed: int, n_samples: int = 2000, restitution: float | None = None) -> Prototypes | None:
+def motion_set(method: str, seed: int, settings: Settings | None = None) -> Prototypes | None:
     """Make the motions of a method of ``METHODS`` or ``BEYOND`` for a study's seed; None for SAC, which has none.
 
     Raises
@@ -496,43 +548,66 @@ def motion_set(method: str, seed: int, n_samples: int = 2000, restitution: float
     """
     one_of("method", method, SETS)
     whole_number("seed", seed, low=0)
-    world = StairWorld(Staircase(restitution=restitution))
-    for_sampling, for_prototypes, _ = _children(seed)
+    settings = settings or Settings()
+    world = settings.make_world()
+    sampled = 0 if settings.as_published else seed  # as published, one set made from samples serves all seeds
+    for_sampling, for_prototypes, *_ = _children(sampled)
+    for_random = _children(seed)[1]
 
     def effect(**options: Any) -> Prototypes:
-        return effect_prototypes(_classes(seed, n_samples, restitution), for_prototypes, world=world, **options)
+        return effect_prototypes(_classes(sampled, _key(settings)), for_prototypes, world=world, **options)
+
+    def plus_steep() -> Prototypes:
+        prototypes = effect()
+        return Prototypes(np.vstack([prototypes.motions, STEEP]), method=method, settings=prototypes.settings)
+
+    def without_corners() -> Prototypes:
+        grid = uniform_prototypes(world).motions
+        corner = (np.isclose(grid, world.motion_low) | np.isclose(grid, world.motion_high)).all(axis=1)
+        return Prototypes(grid[~corner], method=method)
 
     recipes = {
         "effect": lambda: effect(),
         "effect-reliable": lambda: effect(refine="core"),
         "fixed": lambda: effect(fixed=FIXED),
         "uniform": lambda: uniform_prototypes(world),
-        "random": lambda: random_prototypes(world, seed=for_prototypes),
+        "random": lambda: random_prototypes(world, seed=for_random),
         "uniform-matched": lambda: uniform_prototypes(world, n=max(len(effect()), 4)),
-        "random-matched": lambda: random_prototypes(world, n=len(effect()), seed=for_prototypes),
+        "random-matched": lambda: random_prototypes(world, n=len(effect()), seed=for_random),
         "sac": lambda: None,
-        "along-stairs": lambda: along_stairs_prototypes(world, n_samples, seed=for_sampling),
+        "uniform-shifted": lambda: uniform_prototypes(world, seed=for_random),
+        "uniform-no-corners": without_corners,
+        "effect-plus-steep": plus_steep,
+        "along-stairs": lambda: along_stairs_prototypes(world, settings.n_samples, seed=for_sampling),
     }
     return recipes[method]()
 
 
+def _key(settings: Settings) -> tuple[Any, ...]:
+    """Return what the samples of a study depend on, besides the seed."""
+    return settings.n_samples, settings.world, settings.restitution, settings.rocking, settings.friction
+
+
 @lru_cache(maxsize=4)
-def _classes(seed: int, n_samples: int, restitution: float | None) -> EffectClasses:
+def _classes(seed: int, key: tuple[Any, ...]) -> EffectClasses:
     """Sample and classify; several sets of a seed are made from the same classes."""
-    for_sampling, for_prototypes, _ = _children(seed)
-    samples = sample_motions(StairWorld(Staircase(restitution=restitution)), n_samples, for_sampling, progress=False)
+    n_samples, world, restitution, rocking, friction = key
+    for_sampling, for_prototypes, *_ = _children(seed)
+    where = stair_world(world, Staircase(restitution=restitution), rocking=rocking, friction=friction)
+    samples = sample_motions(where, n_samples, for_sampling, progress=False)
     return EffectClasses.from_samples(samples, seed=for_prototypes)
 
 
 def _plan(motions: Prototypes, settings: Settings) -> Plan:
-    return _plan_of(tuple(map(tuple, motions.motions.tolist())), settings.max_simulated, settings.restitution)
+    return _plan_of(tuple(map(tuple, motions.motions.tolist())), settings.max_simulated, _key(settings)[1:])
 
 
 @lru_cache(maxsize=4)
-def _plan_of(motions: tuple[tuple[float, ...], ...], max_simulated: int, restitution: float | None) -> Plan:
+def _plan_of(motions: tuple[tuple[float, ...], ...], max_simulated: int, key: tuple[Any, ...]) -> Plan:
     """Search once for sets that are the same for every seed."""
-    staircase = Staircase.fifteen(restitution)
-    return best_return(staircase, np.array(motions), max_simulated=max_simulated, progress=False)
+    world, restitution, rocking, friction = key
+    where = stair_world(world, Staircase.fifteen(restitution), rocking=rocking, friction=friction)
+    return best_return(where, np.array(motions), max_simulated=max_simulated, progress=False)
 
 
 def _plan_summary(plan: Plan) -> dict[str, Any]:
@@ -541,15 +616,29 @@ def _plan_summary(plan: Plan) -> dict[str, Any]:
     return {name: getattr(plan, name) for name in names} | {"jumps": len(plan), "motions": plan.motions.tolist()}
 
 
-def _last_episode(training: Training, motions: Prototypes | None, settings: Settings) -> pd.DataFrame:
-    """Play the trained agent's greedy episode: a row for each jump, with the motion, where it ended, and its reward."""
-    env = make_env(motions, restitution=settings.restitution)
+def _last_episodes(
+    training: Training, motions: Prototypes | None, settings: Settings, seed: np.random.SeedSequence
+) -> pd.DataFrame:
+    """Play the trained agent's greedy episodes: a row for each jump, with the motion, where it ended, and its reward.
+
+    "action" is the row number of the motion in the set, counted from 0, and -1 for SAC.
+    """
+    env = make_env(motions, **settings.env_options)
+    env.reset(seed=int(seed.generate_state(1)[0]))
+    world = env.unwrapped.world  # type: ignore[attr-defined]
     rows: list[tuple[float, ...]] = []
-    for action, reward, info in greedy_steps(training.model, env):
-        magnitude, angle = motions.motions[action] if motions else action
-        _, y, z, *_ = env.unwrapped.world.state.tolist()  # type: ignore[attr-defined]
-        rows.append((len(rows) + 1, float(magnitude), float(angle), y, z, info["steps"], reward))
-    return pd.DataFrame(rows, columns=["jump", "magnitude", "angle", "y", "z", "steps", "reward"])
+    for episode in range(LAST_EPISODES if world.random else 1):
+        for jump, (action, reward, info) in enumerate(greedy_steps(training.model, env), start=1):
+            magnitude, angle = motions.motions[action] if motions else action
+            x, y, z, *quaternion, _ = world.state.tolist()
+            place = [round(value, 6) for value in (x, y, z)]
+            chosen = int(action) if motions else -1
+            rows.append(
+                (episode, jump, chosen, float(magnitude), float(angle), *place, round(yaw_of(*quaternion), 3))
+                + (info["steps"], round(reward, 6))
+            )
+    columns = ["episode", "jump", "action", "magnitude", "angle", "x", "y", "z", "yaw", "steps", "reward"]
+    return pd.DataFrame(rows, columns=columns)
 
 
 def _json(value: Any) -> bytes:

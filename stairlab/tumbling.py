@@ -31,14 +31,15 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import NamedTuple
+from inspect import signature
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
-from stairlab._validation import finite_number
+from stairlab._validation import finite_number, one_of
 from stairlab.physics import CUBE_EDGE, CUBE_INERTIA, GRAVITY, PUSH_STEPS, TIME_LIMIT, TIME_STEP, Staircase, Trajectory
-from stairlab.world import CubeWorld
+from stairlab.world import CubeWorld, StairWorld
 
 HALF_EDGE = CUBE_EDGE / 2
 """ Half of the cube's edge [m] """
@@ -741,3 +742,36 @@ def _told_when_slow() -> Iterator[None]:
         yield
     finally:
         timer.cancel()
+
+
+WORLDS: dict[str, type[CubeWorld]] = {"plane": StairWorld, "tumbling": TumblingWorld}
+""" The two worlds of the stairs, by name """
+
+
+def stair_world(name: str, staircase: Staircase | None = None, **options: Any) -> CubeWorld:
+    """Make a world by its name.
+
+    Parameters
+    ----------
+    name : {"plane", "tumbling"}
+        Which one.
+    staircase : Staircase, optional
+        The stairs; four steps by default.
+    **options
+        Of ``StairWorld`` or ``TumblingWorld``. One that only the other world has may be given with its default value.
+
+    Raises
+    ------
+    ValueError
+        If there is no such world, or the world has no such option.
+    """
+    kind = WORLDS[one_of("world", name, WORLDS)]
+    known = {world: signature(world).parameters for world in WORLDS.values()}
+    for option, value in list(options.items()):
+        if option in known[kind]:
+            continue
+        default = next((of[option].default for of in known.values() if option in of), None)
+        if default is None or value != default:
+            raise ValueError(f"The {name} world has no {option}, but it is {value!r}; it has {', '.join(known[kind])}.")
+        del options[option]
+    return kind(staircase, **options)

@@ -60,6 +60,22 @@ def check_world(world: World) -> World:
     return world
 
 
+def yaw_of(qx: float, qy: float, qz: float, qw: float) -> float:
+    """Return the angle by which a cube's faces are turned about the vertical, from -45 to 45 degrees.
+
+    It is that of the body axis after the most vertical one (cyclically), projected on the ground; a quarter turn leaves a cube as it
+    was.
+    """
+    up = (2 * (qx * qz - qw * qy), 2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy))
+    vertical = max(range(3), key=lambda axis: abs(up[axis]))
+    along_x, along_y = (
+        (2 * (qx * qy - qw * qz), 1 - 2 * (qx * qx + qz * qz)),  # of body axis y
+        (2 * (qx * qz + qw * qy), 2 * (qy * qz - qw * qx)),  # of body axis z
+        (1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz)),  # of body axis x
+    )[vertical]
+    return (math.degrees(math.atan2(along_y, along_x)) + 45) % 90 - 45
+
+
 class Outcome(Protocol):
     """What any world tells of a performed motion."""
 
