@@ -1,6 +1,7 @@
-"""How the trained agents end, and why: on the top, or stuck before a riser, where a set of motions may have no way up.
+"""How the trained agents end, and why: on the top, off the map, or stuck before a riser, where a set may have no way up.
 
-The tables are those of ``StudyResults``: episodes and motions, each row with its "method" and "seed".
+The tables are those of ``StudyResults``: episodes and motions, each row with its "method" and "seed". Episodes of the plane have no
+columns "x" and "yaw"; there these are 0.
 """
 
 from __future__ import annotations
@@ -13,14 +14,19 @@ from tqdm import tqdm
 
 from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.planning import jumps_to_climb, trap_width
-from stairlab.world import StairWorld
+from stairlab.world import CubeWorld, StairWorld
 
-ENDS = ("top", "stuck", "other")
-""" How a greedy episode ends: on the top; stuck where its last jumps change nothing; or else (time's up, or off the map) """
+ENDS = ("top", "off", "stuck", "other")
+""" How a greedy episode ends: on the top; off the map; stuck where its last jumps change nothing; or else (time's up) """
 STUCK_JUMPS = 5
 STUCK_SHIFT = 0.001
-""" So many last jumps that all move the cube by less than this are called stuck [m] """
+""" So many last jumps that all move the cube by less than this are called stuck, in the plane [m] """
+STUCK_STEPS = 10
+""" A cube that has stayed on its step for so many last jumps is called stuck where it tumbles """
+TRAP = 0.03
+""" From within this gap before a riser no ordinary push climbs, in either world [m] """
 RUN = ["method", "seed"]
+EPISODE = [*RUN, "episode"]
 MOTION = ["magnitude", "angle"]
 
 
@@ -35,41 +41,110 @@ def ends(episodes: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        A row for each run: "method", "seed", "step" of the stairs on which it ends, the distance "to riser" ahead of the cube's
-        front [m], and "end", one of ``ENDS``.
+        A row for each episode: "method", "seed", "episode", "step" of the stairs on which it ends, the distance "to riser" ahead of
+        the cube's foremost corner [m], and "end", one of ``ENDS``.
     """
-    found = [{**dict(zip(RUN, run, strict=True)), **_end(one)} for run, one in episodes.groupby(RUN, sort=False)]
-    return pd.DataFrame(found, columns=[*RUN, "step", "to riser", "end"])
+    found = [
+        {**dict(zip(EPISODE, key, strict=True)), **_end(rows)}
+        for key, rows in _complete(episodes).groupby(EPISODE, sort=False)
+    ]
+    return pd.DataFrame(found, columns=[*EPISODE, "step", "to riser", "end"])
+
+
+def _complete(episodes: pd.DataFrame) -> pd.DataFrame:
+    """Add the columns that episodes of the plane lack."""
+    return episodes.assign(**{name: 0 for name in ("episode", "x", "yaw") if name not in episodes})
 
 
 def _end(episode: pd.DataFrame) -> dict[str, Any]:
     staircase = Staircase.fifteen()
-    last, places = episode.iloc[-1], episode[["y", "z"]].to_numpy()
-    moved = np.abs(np.diff(places[-STUCK_JUMPS - 1 :], axis=0)).sum(axis=1)
-    still = len(moved) == STUCK_JUMPS and (moved < STUCK_SHIFT).all()
-    end = "top" if last["steps"] == staircase.n_steps else "stuck" if still else "other"
-    gap = staircase.next_riser(last["y"]) - last["y"] - CUBE_EDGE / 2
-    return {"step": int(last["steps"]), "to riser": gap, "end": end}
+    last = episode.iloc[-1]
+    world = StairWorld(staircase)
+    if last["steps"] == staircase.n_steps:
+        end = "top"
+    elif not world.on_map(last[["x", "y", "z"]].to_numpy(dtype=float)):
+        end = "off"
+    else:
+        end = "stuck" if _is_stuck(episode) else "other"
+    return {"step": int(last["steps"]), "to riser": float(gaps(episode.iloc[-1:])[0]), "end": end}
+
+
+def _is_stuck(episode: pd.DataFrame) -> bool:
+    """Whether the last jumps of an episode change nothing: no place in the plane, no step where the cube tumbles."""
+    if not episode[["x", "yaw"]].to_numpy().any():
+        moved = np.abs(np.diff(episode[["y", "z"]].to_numpy()[-STUCK_JUMPS - 1 :], axis=0)).sum(axis=1)
+        return len(moved) == STUCK_JUMPS and bool((moved < STUCK_SHIFT).all())
+    steps = episode["steps"].to_numpy()[-STUCK_STEPS - 1 :]
+    return len(steps) == STUCK_STEPS + 1 and len(set(steps)) == 1
+
+
+def gaps(episodes: pd.DataFrame) -> np.ndarray:
+    """Return the gap between the foremost corner and the riser ahead after each jump, shape (n_jumps,); infinite on the top [m].
+
+    The cube is taken to rest on a face: its foremost corner is half an edge times (cos yaw + sin yaw) before its centre.
+    """
+    episodes, staircase = _complete(episodes), Staircase.fifteen()
+    yaw = np.radians(np.abs(episodes["yaw"].to_numpy(dtype=float)))
+    reach = CUBE_EDGE / 2 * (np.cos(yaw) + np.sin(yaw))
+    steps = episodes["steps"].to_numpy(dtype=int)
+    ahead = np.where(steps < staircase.n_steps, staircase.first_riser + staircase.run * steps, np.inf)
+    return ahead - episodes["y"].to_numpy(dtype=float) - reach
+
+
+def trapped(episodes: pd.DataFrame) -> pd.DataFrame:
+    """Count how often greedy agents lie in the trap before a riser, and how they get out.
+
+    Parameters
+    ----------
+    episodes : pandas.DataFrame
+        A row for each jump.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each method: the number of "jumps" that start from where another one ended; the share of them that start "in the
+        trap", within 3 cm of the riser; of these, the share after which the cube is "free" (farther away, or higher), and the share
+        that "climbs"; the share that starts "turned" by more than 5 degrees; and the share of all that "climbs anywhere".
+    """
+    table = _complete(episodes).assign(gap=gaps(episodes))
+    before = table.groupby(EPISODE, sort=False)[["gap", "steps", "yaw"]].shift()
+    follows = before["gap"].notna()
+    table, before = table[follows], before[follows]
+    caught, climbs = before["gap"] < TRAP, table["steps"] > before["steps"]
+    free = climbs | (table["gap"] >= TRAP)
+    shares = pd.DataFrame(
+        {
+            "method": table["method"],
+            "jumps": 1.0,
+            "in the trap": caught.astype(float),
+            "free": free.where(caught).astype(float),
+            "climbs": climbs.where(caught).astype(float),
+            "turned": (before["yaw"].abs() > 5).astype(float),
+            "climbs anywhere": climbs.astype(float),
+        }
+    )
+    grouped = shares.groupby("method", sort=False)
+    return grouped.mean().assign(jumps=grouped["jumps"].sum().astype(int)).reset_index()
 
 
 def ways_out(
     episodes: pd.DataFrame,
     motions: pd.DataFrame,
-    restitution: float | None = None,
+    world: CubeWorld | None = None,
     max_simulated: int = 700,
     progress: bool = False,
 ) -> pd.DataFrame:
-    """Ask whether a set has a way up from where its trained agent got stuck.
+    """Ask whether a set has a way up from where its trained agent got stuck, in the first of its episodes that is kept.
 
-    The agent's jumps are made again, so that the cube stands exactly where it did, and the motions of the set are searched from
-    there (see ``jumps_to_climb``).
+    In the plane the agent's jumps are made again, so that the cube stands exactly where it did; in the tumbling world the cube is
+    put there, on a face. The motions of the set are searched from there (see ``jumps_to_climb``).
 
     Parameters
     ----------
     episodes, motions : pandas.DataFrame
         A row for each jump; a row for each motion of a set.
-    restitution : float, optional
-        Of the risers, see ``Staircase``.
+    world : StairWorld or TumblingWorld, optional
+        The world with fifteen steps; the plane by default.
     max_simulated : int
         Jumps that each search may simulate.
     progress : bool
@@ -81,46 +156,51 @@ def ways_out(
         A row for each stuck run with a set of motions: "method", "seed", and the "jumps" until it could be higher: infinite if
         never, NaN if the search was not over.
     """
-    staircase = Staircase.fifteen(restitution)
-    jumps, sets = dict(iter(episodes.groupby(RUN))), dict(iter(motions.groupby(RUN)))
-    stuck = ends(episodes).query("end == 'stuck'").set_index(RUN).index
+    world = world or StairWorld(Staircase.fifteen())
+    first = _complete(episodes).query("episode == 0")
+    jumps, sets = dict(iter(first.groupby(RUN))), dict(iter(motions.groupby(RUN)))
+    stuck = ends(first).query("end == 'stuck'").set_index(RUN).index
     rows = []
     for run in tqdm([run for run in stuck if run in sets], desc="ways out", disable=not progress, leave=False):
-        world = _replayed(staircase, jumps[run][MOTION].to_numpy())
+        _put_where_it_ended(world, jumps[run])
         rows.append((*run, jumps_to_climb(world, sets[run][MOTION].to_numpy(), max_simulated)))
     return pd.DataFrame(rows, columns=[*RUN, "jumps"]).astype({"jumps": float})
 
 
-def _replayed(staircase: Staircase, motions: np.ndarray) -> StairWorld:
-    """Return the world after some jumps from the start, at the precision of the environment's actions."""
-    world = StairWorld(staircase)
-    for motion in motions.astype(np.float32).astype(float):
-        world.perform(motion)
-    return world
+def _put_where_it_ended(world: CubeWorld, episode: pd.DataFrame) -> None:
+    """Put a world into the state after an episode's last jump."""
+    if isinstance(world, StairWorld):  # exactly, at the precision of the environment's actions
+        world.reset()
+        for motion in episode[MOTION].to_numpy().astype(np.float32).astype(float):
+            world.perform(motion)
+        return
+    last = episode.iloc[-1]
+    z = world.staircase.rise * last["steps"] + CUBE_EDGE / 2
+    world.reset(world.state_at(last["y"], z, x=last["x"], yaw=np.radians(last["yaw"])))
 
 
-def traps(motions: pd.DataFrame, restitution: float | None = None) -> pd.DataFrame:
+def traps(motions: pd.DataFrame, world: CubeWorld | None = None) -> pd.DataFrame:
     """Measure for each set the trap that a riser is: the gap below which none of its motions climbs (see ``trap_width``).
 
     Parameters
     ----------
     motions : pandas.DataFrame
         A row for each motion of a set.
-    restitution : float, optional
-        Of the risers, see ``Staircase``.
+    world : StairWorld or TumblingWorld, optional
+        The world with fifteen steps; the plane by default.
 
     Returns
     -------
     pandas.DataFrame
         A row for each run with a set of motions: "method", "seed", the "trap" [m], and the "steepest" angle of the set [deg].
     """
-    staircase = Staircase.fifteen(restitution)
+    world = world or StairWorld(Staircase.fifteen())
     width_of: dict[bytes, float] = {}  # uniform sets are the same for every seed
     rows = []
     for run, one in motions.groupby(RUN, sort=False):
         motion_set = one[MOTION].to_numpy(dtype=float)
         key = motion_set.tobytes()
         if key not in width_of:
-            width_of[key] = trap_width(staircase, motion_set)
+            width_of[key] = trap_width(world, motion_set)
         rows.append((*run, width_of[key], motion_set[:, 1].max()))
     return pd.DataFrame(rows, columns=[*RUN, "trap", "steepest"]).astype({"trap": float, "steepest": float})

@@ -8,7 +8,7 @@ seeds, which is their last: scores have the shape (n_seeds,), curves (n_steps, n
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import bootstrap, mannwhitneyu, trim_mean
@@ -48,7 +48,36 @@ def interval(statistic: Statistic, *samples: np.ndarray) -> tuple[np.ndarray, np
     if min(sample.shape[-1] for sample in samples) < FEWEST_SEEDS:
         nan = np.full(np.shape(statistic(*samples, axis=-1)), np.nan)
         return nan, nan
-    found = bootstrap(
+    return _resampled(statistic, *samples).confidence_interval
+
+
+def p_value(statistic: Statistic, *samples: np.ndarray, bound: float = 0.0) -> float:
+    """Return the two-sided p-value of the claim that a statistic is ``bound``: what its bootstrap interval says at all levels at once.
+
+    It is twice the smaller share of the resamples on either side of the bound; below 0.05, the 95 % interval excludes it. NaN with
+    too few seeds.
+    """
+    if min(sample.shape[-1] for sample in samples) < FEWEST_SEEDS:
+        return np.nan
+    found = _resampled(statistic, *samples).bootstrap_distribution
+    side = min((found <= bound).sum(), (found >= bound).sum())
+    return min(1.0, 2 * (side + 1) / (RESAMPLES + 1))
+
+
+def holm(p_values: np.ndarray) -> np.ndarray:
+    r"""Return p-values that allow for their number (Holm 1979); NaN stays NaN.
+
+    .. math:: \tilde p_{(i)} = \max_{j \le i} \min(1, (m - j + 1) \, p_{(j)})
+    """
+    adjusted = np.full(len(p_values), np.nan)
+    order = np.argsort(p_values)[: np.isfinite(p_values).sum()]
+    scaled = (len(order) - np.arange(len(order))) * p_values[order]
+    adjusted[order] = np.minimum(1.0, np.maximum.accumulate(scaled)) if len(order) else scaled
+    return adjusted
+
+
+def _resampled(statistic: Statistic, *samples: np.ndarray) -> Any:
+    return bootstrap(
         samples,
         statistic,
         n_resamples=RESAMPLES,
@@ -59,7 +88,6 @@ def interval(statistic: Statistic, *samples: np.ndarray) -> tuple[np.ndarray, np
         method="percentile",
         rng=np.random.default_rng(0),
     )
-    return found.confidence_interval
 
 
 def iqm(values: np.ndarray, axis: int = -1) -> np.ndarray:
@@ -81,11 +109,6 @@ def improvement(x: np.ndarray, y: np.ndarray, axis: int = -1) -> np.ndarray:
     """
     u = mannwhitneyu(x, y, axis=axis, method="asymptotic").statistic
     return u / (x.shape[axis] * y.shape[axis])
-
-
-def highest_mean(curves: np.ndarray, axis: int = -1) -> np.ndarray:
-    """Return the maximum of the mean curve."""
-    return curves.mean(axis=axis).max(axis=0)
 
 
 def half_step(steps: np.ndarray) -> Statistic:

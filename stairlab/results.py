@@ -26,11 +26,14 @@ from stairlab.estimates import (
     difference_of,
     estimate,
     half_step,
-    highest_mean,
     improvement,
     interval,
     iqm,
+    p_value,
 )
+from stairlab.physics import Staircase
+from stairlab.tumbling import stair_world
+from stairlab.world import CubeWorld
 
 METHODS = {
     "effect": "effect-based prototypes (the paper's)",
@@ -223,13 +226,13 @@ class StudyResults:
         """Estimate by how much the mean score of a method is above another's."""
         return estimate(difference_of(np.mean), self.scores(method), self.scores(other))
 
+    def difference_p(self, method: str, other: str) -> float:
+        """Return the p-value of the claim that two methods' mean scores are equal, see ``p_value``."""
+        return p_value(difference_of(np.mean), self.scores(method), self.scores(other))
+
     def probability_of_improvement(self, method: str, other: str) -> Estimate:
         """Estimate the probability that a run of a method scores higher than one of another, ties counted half."""
         return estimate(improvement, self.scores(method), self.scores(other))
-
-    def highest_mean_difference(self, method: str, other: str) -> Estimate:
-        """Estimate by how much the maximum of a method's mean curve is above that of another's."""
-        return estimate(difference_of(highest_mean), self.curves(method).to_numpy(), self.curves(other).to_numpy())
 
     def steps_to_half(self, method: str) -> Estimate:
         """Estimate when a method has risen half way: after how many training steps its mean curve is half way up.
@@ -245,6 +248,12 @@ class StudyResults:
         mine, theirs = self.curves(method), self.curves(other)
         return estimate(difference_of(half_step(mine.index.to_numpy())), mine.to_numpy(), theirs.to_numpy())
 
+    def half_step_p(self, method: str, other: str, bound: float = 0.0) -> float:
+        """Return the p-value of the claim that a method rises half way just ``bound`` steps later than another, see ``p_value``."""
+        curves = self.curves(method)
+        statistic = difference_of(half_step(curves.index.to_numpy()))
+        return p_value(statistic, curves.to_numpy(), self.curves(other).to_numpy(), bound=bound)
+
     def step_of(self, method: str, value: float) -> float:
         """Return the training step at which a method's mean curve first reaches a return, infinite if it never does."""
         mean = self.curves(method).mean(axis=1)
@@ -258,6 +267,10 @@ class StudyResults:
     def spread_difference(self, method: str, other: str) -> Estimate:
         """Estimate by how much the standard deviation of a method's scores is above another's."""
         return estimate(difference_of(deviation), self.scores(method), self.scores(other))
+
+    def spread_p(self, method: str, other: str) -> float:
+        """Return the p-value of the claim that the standard deviations of two methods' scores are equal, see ``p_value``."""
+        return p_value(difference_of(deviation), self.scores(method), self.scores(other))
 
     def summary(self) -> pd.DataFrame:
         """Return a row for each method.
@@ -299,21 +312,28 @@ class StudyResults:
         }
 
     def ends(self) -> pd.DataFrame:
-        """Say how the greedy episode of each trained agent ends, see ``stairlab.endings.ends``."""
+        """Say how the greedy episodes of each trained agent end, see ``stairlab.endings.ends``."""
         return endings.ends(self.episodes)
 
     def ways_out(self, max_simulated: int = 700, progress: bool = False) -> pd.DataFrame:
         """Ask whether a set has a way up from where its trained agent got stuck, see ``stairlab.endings.ways_out``."""
-        return endings.ways_out(self.episodes, self.motions, self._restitution, max_simulated, progress)
+        return endings.ways_out(self.episodes, self.motions, self.world, max_simulated, progress)
+
+    def trapped(self) -> pd.DataFrame:
+        """Count how often greedy agents lie in the trap before a riser, see ``stairlab.endings.trapped``."""
+        return endings.trapped(self.episodes)
 
     def traps(self) -> pd.DataFrame:
         """Measure the trap that a riser is for each set, see ``stairlab.endings.traps``; "score" is that of its run."""
         scores = self.runs[["method", "seed", "score"]]
-        return endings.traps(self.motions, self._restitution).merge(scores, how="left", on=["method", "seed"])
+        return endings.traps(self.motions, self.world).merge(scores, how="left", on=["method", "seed"])
 
     @property
-    def _restitution(self) -> float | None:
-        return self.description["settings"]["restitution"]
+    def world(self) -> CubeWorld:
+        """The world of the learning task, with fifteen steps, as the study had it."""
+        settings = PLANE | self.description["settings"]
+        options = {name: settings[name] for name in ("rocking", "friction")}
+        return stair_world(settings["world"], Staircase.fifteen(settings["restitution"]), **options)
 
     @property
     def hours(self) -> float:

@@ -130,7 +130,9 @@ class Settings:
 
     def make_world(self, n_steps: int = 4) -> CubeWorld:
         """Make the world with four steps, where sets are made, or with the fifteen of the task."""
-        staircase = Staircase.fifteen(self.restitution) if n_steps == 15 else Staircase(n_steps, restitution=self.restitution)
+        staircase = (
+            Staircase.fifteen(self.restitution) if n_steps == 15 else Staircase(n_steps, restitution=self.restitution)
+        )
         return stair_world(self.world, staircase, rocking=self.rocking, friction=self.friction)
 
     @property
@@ -220,7 +222,9 @@ class Study:
         self.known = known
         if known is not None:
             _refuse_other("known", known.description, self._description())
-        self._known_runs = set() if known is None else set(known.runs[["method", "seed"]].itertuples(index=False, name=None))
+        self._known_runs = (
+            set() if known is None else set(known.runs[["method", "seed"]].itertuples(index=False, name=None))
+        )
 
     @classmethod
     def quick(
@@ -633,10 +637,8 @@ def _last_episodes(
             x, y, z, *quaternion, _ = world.state.tolist()
             place = [round(value, 6) for value in (x, y, z)]
             chosen = int(action) if motions else -1
-            rows.append(
-                (episode, jump, chosen, float(magnitude), float(angle), *place, round(yaw_of(*quaternion), 3))
-                + (info["steps"], round(reward, 6))
-            )
+            motion, yaw = (float(magnitude), float(angle)), round(yaw_of(*quaternion), 3)
+            rows.append((episode, jump, chosen, *motion, *place, yaw, info["steps"], round(reward, 6)))
     columns = ["episode", "jump", "action", "magnitude", "angle", "x", "y", "z", "yaw", "steps", "reward"]
     return pd.DataFrame(rows, columns=columns)
 

@@ -52,8 +52,9 @@ RETURN = "greedy return [reward]"
 STEPS = "samples and training steps [jumps]"
 END_LOOKS: dict[str, dict[str, Any]] = {
     "top": {"label": "on the top", "facecolor": GREEN},
+    "off": {"label": "off the map", "facecolor": COLORS[5], "hatch": "xxxx"},
     "stuck": {"label": "stuck: the last jumps change nothing", "facecolor": COLORS[4], "hatch": "////"},
-    "other": {"label": "otherwise (time's up, or off the map)", "facecolor": "white", "hatch": "...."},
+    "other": {"label": "otherwise: time's up", "facecolor": "white", "hatch": "...."},
 }
 """ How the ends of ``StudyResults.ends`` are drawn """
 
@@ -76,6 +77,10 @@ _STYLES = {
     "uniform-matched": MethodStyle(COLORS[0], "X", (0, (2, 1)), "uniform, same size"),
     "random-matched": MethodStyle(COLORS[8], "v", (0, (4, 1, 1, 1, 1, 1)), "random, same size"),
     "along-stairs": MethodStyle(COLORS[6], "h", ":", "along the stairs"),
+    "uniform-shifted": MethodStyle(COLORS[1], "D", (0, (1, 1)), "uniform, shifted"),
+    "uniform-no-corners": MethodStyle(COLORS[0], "H", (0, (3, 1, 1, 1)), "uniform, no corners"),
+    "effect-plus-steep": MethodStyle(COLORS[4], "d", (0, (8, 2, 2, 2)), "effect-based and a steep one"),
+    "authors": MethodStyle(INK, "p", (0, (9, 1, 1, 1)), "the authors' set"),
     "sac": MethodStyle(COLORS[2], "*", (0, (10, 1.5)), "SAC"),
 }
 _OWN_COLORS = (COLORS[7], INK, "#777777")
@@ -349,7 +354,8 @@ def plot_last_episodes(
 ) -> Figure:
     """Draw where the trained agents' last greedy episodes end, and whether they got stuck there.
 
-    Stuck is an agent whose last five jumps each move the cube by less than 1 mm, see ``StudyResults.ends``.
+    Stuck is an agent whose last five jumps each move the cube by less than 1 mm; in the tumbling world, whose last ten jumps leave it
+    on its step. See ``StudyResults.ends``.
 
     Parameters
     ----------
@@ -375,9 +381,9 @@ def plot_last_episodes(
         panel.set_ylim(top=1.05 * panel.get_ylim()[1])
         panel.set(xlim=(-0.7, TOP_STEP + 0.7), xticks=range(0, TOP_STEP + 1, 5))
         panel.yaxis.set_major_locator(MaxNLocator(integer=True, nbins=5))
-    _label_outside(panels, "the last jump ends on step [number]", "seeds [count]", own=axes is None)
+    _label_outside(panels, "the last jump ends on step [number]", "episodes [count]", own=axes is None)
     handles: list[Any] = [Patch(edgecolor=INK, linewidth=0.6, **look) for look in END_LOOKS.values()]
-    _shared_legend(panels[0], handles, ncols=3 if len(chosen) > 1 else 1)
+    _shared_legend(panels[0], handles, ncols=2 if len(chosen) > 1 else 1)
     return _done(panels, results, f"Where the last greedy episodes end. {'; '.join(words)}.")
 
 
@@ -392,7 +398,7 @@ def _draw_ends(ax: Axes, ends: pd.DataFrame, label: str) -> str:
     ax.set_title(f"{label}: {top} of {len(ends)} on top", fontsize=10)
     ax.spines[["top", "right"]].set_visible(False)
     median = f", median step {ends['step'].median():g}" if len(ends) else ""
-    return f"{label}: of {len(ends)} agents {top} on the top, {stuck} stuck{median}"
+    return f"{label}: of {len(ends)} episodes {top} on the top, {stuck} stuck{median}"
 
 
 def plot_traps(results: StudyResults, ax: Axes | None = None) -> Figure:

@@ -86,7 +86,8 @@ def _context(results: StudyResults, found: dict[str, pd.DataFrame], progress: bo
         "settings": settings,
         "label": {method: study_plots.method_style(method, results.methods).label for method in results.methods},
         "rows": [_present(row) for row in found["summary"].to_dict("records")],
-        "claims": found["claims"].drop(columns="quick").to_numpy().tolist(),
+        "claims": [_present(row) for row in found["claims"].to_dict("records")],
+        "trapped": results.trapped().to_dict("records"),
         "ends": _ends(results, progress),
         "command": results.command(),
         "hours": results.hours,
@@ -106,6 +107,9 @@ def _context(results: StudyResults, found: dict[str, pd.DataFrame], progress: bo
 def _departures(settings: dict[str, Any]) -> list[str]:
     """Name what differs from the paper's study."""
     named = {
+        "it is in the plane, where a cube neither turns nor rolls": settings["world"] == "plane",
+        f"the cube rocks {settings['rocking']:g} times as much": settings["rocking"] != 1,
+        f"the friction is {settings['friction']:g}": settings["friction"] != 1,
         "DQN has other settings than the published ones": settings["dqn"],
         "SAC has other settings than the published ones": settings["sac"],
         f"the risers have a restitution of {settings['restitution']}": settings["restitution"] is not None,
@@ -124,7 +128,7 @@ def _ends(results: StudyResults, progress: bool) -> list[dict[str, Any]]:
     rows = []
     for method, mine in ends.groupby("method", sort=False):
         jumps, sets = ways[ways["method"] == method]["jumps"], traps[traps["method"] == method]
-        row: dict[str, Any] = {"method": method, "runs": len(mine)}
+        row: dict[str, Any] = {"method": method, "episodes": len(mine)}
         row |= {end: int((mine["end"] == end).sum()) for end in ENDS}
         row["stuck at"] = 1000 * mine.loc[mine["end"] == "stuck", "to riser"].clip(lower=0).median()
         row |= {"way out": int(np.isfinite(jumps).sum()), "none": int(np.isinf(jumps).sum())}

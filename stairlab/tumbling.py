@@ -584,8 +584,8 @@ def has_moved(cube: Cube, centre: np.ndarray, quaternion: np.ndarray) -> bool:
     for k in range(3):
         if abs(cube.centre[k] - centre[k]) > REST_SHIFT:
             return True
-    for k in range(4):
-        if abs(cube.quaternion[k] - quaternion[k]) > REST_TURN:  # noqa: SIM110
+    for k in range(4):  # noqa: SIM110
+        if abs(cube.quaternion[k] - quaternion[k]) > REST_TURN:
             return True
     return False
 
@@ -738,7 +738,7 @@ def _trajectory(path: np.ndarray) -> Trajectory:
 @contextmanager
 def _told_when_slow() -> Iterator[None]:
     """Tell the reader why the very first jump takes some seconds: it is being compiled."""
-    if simulate.signatures:
+    if getattr(simulate, "signatures", True):  # compiled, or plain Python: there is nothing to wait for
         yield
         return
     note = "Compiling the tumbling world (about twenty seconds, once) ..."

@@ -39,7 +39,7 @@ def made_up(scores, samples=None, quick=False, best_return=12.0):
             if discrete:
                 motions += [(method, seed, 400.0, 80.0, np.nan), (method, seed, 300.0, 75.0, np.nan)]
             y, z = (7.0, 4.55) if climbed == 15 else (1.3, 0.65)
-            episodes += [(method, seed, jump, 400.0, 80.0, y, z, climbed, 0.0) for jump in range(1, 8)]
+            episodes += [(method, seed, 0, jump, 400.0, 80.0, y, z, climbed, 0.0) for jump in range(1, 8)]
     return StudyResults(
         runs=pd.DataFrame(runs),
         evaluations=pd.DataFrame(
@@ -47,11 +47,20 @@ def made_up(scores, samples=None, quick=False, best_return=12.0):
         ),
         motions=pd.DataFrame(motions, columns=["method", "seed", "magnitude", "angle", "class"]),
         episodes=pd.DataFrame(
-            episodes, columns=["method", "seed", "jump", "magnitude", "angle", "y", "z", "steps", "reward"]
+            episodes, columns=["method", "seed", "episode", "jump", "magnitude", "angle", "y", "z", "steps", "reward"]
         ),
         description={
             "settings": {"total_timesteps": 30_000, "eval_every": 500, "n_samples": 2000, "max_simulated": 100}
-            | {"restitution": None, "dqn": {}, "sac": {}, "quick": quick},
+            | {
+                "world": "plane",
+                "rocking": 1.0,
+                "friction": 1.0,
+                "as_published": False,
+                "restitution": None,
+                "dqn": {},
+                "sac": {},
+                "quick": quick,
+            },
             "own": {},
             "versions": {"stairlab": "0.1.0"},
         },

@@ -1,12 +1,14 @@
-"""When a claim of the paper holds, holds not, or is not decided: on made-up studies with a known answer."""
+"""When a claim of the paper is supported, contradicted or undecided: on made-up studies with a known answer."""
 
 import numpy as np
+import pytest
 from small_study import made_up
 
-from stairlab.claims import paper_claims
+from stairlab.claims import compare_claims, paper_claims
 
 rng = np.random.default_rng(0)
 HIGH, LOW = rng.normal(10, 1, 20), rng.normal(5, 1, 20)
+RETURN = ("highest mean return", "uniform")
 
 
 def verdicts(results):
@@ -18,54 +20,48 @@ def verdict(results, *words):
     return found
 
 
-def test_a_clear_difference_holds_its_opposite_does_not_and_too_few_seeds_decide_nothing():
-    high_return = ("higher mean return than uniform",)
-    assert verdict(made_up({"effect": HIGH, "uniform": LOW}), *high_return) == "holds"
-    assert verdict(made_up({"effect": LOW, "uniform": HIGH}), *high_return) == "holds not"
-    assert verdict(made_up({"effect": HIGH, "uniform": HIGH[::-1]}), *high_return) == "not decided"
-    assert verdict(made_up({"effect": HIGH[:5], "uniform": LOW[:5]}), *high_return) == "not decided"
+def test_a_clear_difference_is_supported_its_opposite_contradicted_and_too_few_seeds_decide_nothing():
+    assert verdict(made_up({"effect": HIGH, "uniform": LOW}), *RETURN) == "supported"
+    assert verdict(made_up({"effect": LOW, "uniform": HIGH}), *RETURN) == "contradicted"
+    assert verdict(made_up({"effect": HIGH, "uniform": HIGH[::-1]}), *RETURN) == "undecided"
+    assert verdict(made_up({"effect": HIGH[:5], "uniform": LOW[:5]}), *RETURN) == "undecided"
 
 
-def test_likeness_holds_within_a_margin_and_not_beyond_it():
-    close = ("Uniform", "close in average return")
-    same = made_up({"effect": HIGH, "uniform": HIGH[::-1] + 0.1})
-    assert verdict(same, *close) == "holds"
-    assert verdict(made_up({"effect": HIGH, "uniform": LOW}), *close) == "holds not"
-    wide = np.linspace(0, 15, 6)
-    assert verdict(made_up({"effect": wide, "uniform": wide}), *close) == "not decided"
+def test_no_two_rows_are_about_the_same_difference():
+    table = paper_claims(made_up({"effect": HIGH, "uniform": LOW, "random": LOW, "sac": HIGH}))
+    assert len(table) == 10
+    assert sum("difference" in words and "mean score" in words for words in table["we find"]) == 2  # uniform, random
 
 
-def test_the_published_numbers_of_parameters_come_out_and_85_times_does_not():
+def test_sac_is_85_times_as_large_only_if_its_critics_are_counted_twice():
     results = made_up({"uniform": LOW, "sac": [1.0]})
-    assert verdict(results, "475,146") == "holds"
-    assert verdict(results, "85 times as large") == "holds not"
-    (finds,) = paper_claims(results).set_index("the paper says").filter(like="as large", axis=0)["we find"]
-    assert "12 times" in finds
-    assert "37 times" in finds
+    assert verdict(results, "85 times") == "contradicted"
+    (finds,) = paper_claims(results).set_index("the paper says").filter(like="85 times", axis=0)["we find"]
+    for words in ("475,146 and 5,520", "86 times", "12 times", "37 times"):
+        assert words in finds
 
 
 def test_all_methods_fall_short_of_sac_only_if_each_does():
     low = {"effect": LOW, "uniform": LOW, "random": LOW}
-    assert verdict(made_up(low | {"sac": HIGH}), "fall short") == "holds"
-    assert verdict(made_up(low | {"uniform": HIGH + 5, "sac": HIGH}), "fall short") == "holds not"
-    assert verdict(made_up(low | {"sac": HIGH[:5]}), "fall short") == "not decided"
+    assert verdict(made_up(low | {"sac": HIGH}), "fall short") == "supported"
+    assert verdict(made_up(low | {"uniform": HIGH + 5, "sac": HIGH}), "fall short") == "contradicted"
+    assert verdict(made_up(low | {"sac": HIGH[:5]}), "fall short") == "undecided"
 
 
 def test_robustness_is_the_spread_of_the_scores():
     narrow, wide = np.linspace(9, 10, 20), np.linspace(0, 15, 20)
     robust = made_up({"effect": narrow, "uniform": wide, "random": wide, "sac": narrow})
-    assert verdict(robust, "similar to SAC's") == "holds"
-    assert verdict(robust, "not as robust") == "holds"
+    assert verdict(robust, "similar to SAC's") == "supported"
+    assert verdict(robust, "as robust") == "supported"
     turned = made_up({"effect": wide, "uniform": narrow, "random": wide, "sac": narrow})
-    assert verdict(turned, "similar to SAC's") == "holds not"
-    assert verdict(turned, "not as robust") == "holds not"
+    assert verdict(turned, "similar to SAC's") == "contradicted"
+    assert verdict(turned, "as robust") == "contradicted"
 
 
 def test_speed_is_compared_in_training_steps():
     results = made_up({"effect": HIGH, "uniform": LOW, "random": LOW}, samples={"effect": 2000})
-    assert verdict(results, "way slower") == "holds not"
-    assert verdict(results, "similarly fast") == "holds"
-    assert verdict(results, "faster than random") == "not decided"
+    assert verdict(results, "way slower") == "contradicted"  # all made-up curves rise alike
+    assert verdict(results, "faster than random") == "undecided"
 
 
 def test_a_quick_study_says_nothing():
@@ -74,11 +70,36 @@ def test_a_quick_study_says_nothing():
     }
 
 
-def test_some_runs_reach_the_highest_return_or_none_does():
-    assert verdict(made_up({"effect": [3.0, 15.0]}), "Some runs") == "holds"
-    assert verdict(made_up({"effect": [3.0, 14.0]}), "Some runs") == "holds not"
+def test_that_something_never_happened_contradicts_some_do_only_after_enough_runs():
+    assert verdict(made_up({"effect": [3.0, 15.0]}), "Some runs") == "supported"
+    assert verdict(made_up({"effect": [3.0] * 20}), "Some runs") == "undecided"  # 3 in 20 might be missed
+    assert verdict(made_up({"effect": [3.0] * 31}), "Some runs") == "contradicted"
 
 
 def test_claims_about_methods_that_are_not_there_are_left_out():
     assert paper_claims(made_up({"fixed": LOW})).empty
     assert not any("SAC" in says for says in verdicts(made_up({"effect": HIGH, "uniform": LOW})))
+
+
+def test_p_values_allow_for_the_number_of_rows_that_are_tested():
+    table = paper_claims(made_up({"effect": HIGH, "uniform": LOW, "random": HIGH[::-1]}))
+    tested = table["p"].notna()
+    assert (table.loc[tested, "p (Holm)"] >= table.loc[tested, "p"]).all()
+    assert table["p (Holm)"].min() == pytest.approx(tested.sum() * table["p"].min())
+    assert table.loc[~tested, "p (Holm)"].isna().all()
+
+
+def test_two_worlds_stand_side_by_side_and_the_reason_only_where_they_differ():
+    sets = {"effect": HIGH, "uniform": LOW, "random": LOW}
+    both = compare_claims(made_up(sets), made_up(sets | {"effect": LOW, "uniform": HIGH})).set_index("the paper says")
+    (first,) = [row for says, row in both.iterrows() if all(word in says for word in RETURN)]
+    assert (first["verdict"], first["verdict in the plane"]) == ("supported", "contradicted")
+    assert first["why they differ"]
+    same = compare_claims(made_up(sets), made_up(sets))
+    assert not same["why they differ"].any()
+    assert (same["verdict"] == same["verdict in the plane"]).all()
+
+
+def test_what_the_other_study_lacks_stays_empty():
+    table = compare_claims(made_up({"effect": HIGH, "uniform": LOW}), made_up({"fixed": LOW}))
+    assert not table["verdict in the plane"].any()

@@ -7,6 +7,8 @@ import pandas as pd
 import pytest
 from small_study import made_up
 
+from stairlab.endings import ends, trapped
+
 
 def test_episodes_end_on_the_top_or_stuck_or_else():
     results = made_up({"effect": [15.0, 3.0, 3.0]})
@@ -14,6 +16,29 @@ def test_episodes_end_on_the_top_or_stuck_or_else():
     results.episodes.loc[moving, "y"] += 0.01
     assert results.ends()["end"].tolist() == ["top", "stuck", "other"]
     assert results.ends()["to riser"][1] == pytest.approx(1.4 - 1.3 - 0.05)
+
+
+def test_a_cube_that_leaves_the_map_is_off_and_one_that_tumbles_on_its_step_for_ten_jumps_is_stuck():
+    results = made_up({"effect": [3.0, 3.0, 3.0]})
+    table = pd.concat([results.episodes, results.episodes.assign(jump=results.episodes["jump"] + 7)])
+    table = table.sort_values(["seed", "jump"], kind="stable").assign(
+        episode=0, yaw=20.0, x=np.arange(len(table)) / 100
+    )
+    table.loc[(table["seed"] == 0) & (table["jump"] == 14), "x"] = 2.5
+    table.loc[(table["seed"] == 2) & (table["jump"] == 6), "steps"] = 1
+    assert ends(table)["end"].tolist() == ["off", "stuck", "other"]
+    reach = 0.05 * (np.cos(np.radians(20)) + np.sin(np.radians(20)))
+    assert ends(table)["to riser"][1] == pytest.approx(1.4 - 1.3 - reach)
+
+
+def test_trapped_counts_jumps_from_near_a_riser_and_what_becomes_of_them():
+    ys, steps = [1.335, 1.335, 1.30, 1.45, 1.735], [2, 2, 2, 3, 3]  # in the trap, still, free, higher, in the trap
+    table = pd.DataFrame({"method": "effect", "seed": 0, "episode": 0, "x": 0.0, "y": ys, "yaw": 0.0, "steps": steps})
+    (row,) = trapped(table).to_dict("records")
+    assert row["jumps"] == 4
+    assert row["in the trap"] == 0.5
+    assert (row["free"], row["climbs"]) == (0.5, 0.0)
+    assert row["climbs anywhere"] == 0.25
 
 
 def test_a_way_out_is_searched_from_where_the_agents_own_jumps_lead():

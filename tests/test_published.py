@@ -9,7 +9,7 @@ from stairlab import Staircase, StairWorld
 from stairlab.beyond import TUNED_DQN
 from stairlab.claims import paper_claims
 from stairlab.results import load_published_study, published_studies
-from stairlab.study import METHODS, motion_set
+from stairlab.study import METHODS, Settings, motion_set
 
 PROJECT = Path(__file__).parents[1]
 PARTS = ("beyond", "paper", "restitution-0", "restitution-0.1")
@@ -82,7 +82,7 @@ def test_no_run_is_better_than_the_search_allows(study):
 def test_the_sets_can_be_made_again(paper):
     for method in ("effect", "fixed", "random", "uniform-matched"):
         shipped = paper.motions.query("method == @method and seed == 0")[["magnitude", "angle"]]
-        assert np.allclose(motion_set(method, 0).motions, shipped, rtol=1e-6)
+        assert np.allclose(motion_set(method, 0, Settings(world="plane")).motions, shipped, rtol=1e-6)
 
 
 def test_the_last_episodes_can_be_jumped_again(study):

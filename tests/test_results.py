@@ -32,11 +32,6 @@ def test_a_return_is_reached_at_a_step_or_never():
     assert results.step_of("effect", 10.1) == np.inf
 
 
-def test_the_maximum_of_the_mean_curve_is_compared_too():
-    results = made_up({"effect": HIGH, "uniform": LOW})
-    assert results.highest_mean_difference("effect", "uniform").value == pytest.approx(HIGH.mean() - LOW.mean())
-
-
 def test_the_summary_has_a_row_for_each_method_in_order():
     table = made_up({"uniform": LOW, "effect": np.append(HIGH, 15.0), "sac": [1.0, 2.0]}).summary()
     assert table["method"].tolist() == ["uniform", "effect", "sac"]
@@ -60,10 +55,37 @@ def test_a_study_is_saved_and_loaded_to_the_digit(tmp_path):
 
 def test_the_command_repeats_the_study():
     assert made_up({"effect": HIGH[:3], "uniform": LOW[:3], "sac": LOW[:1]}).command() == (
-        "stairlab study --timesteps 30000 --methods effect uniform --seeds 0-2\n"
-        "stairlab study --timesteps 30000 --methods sac --seeds 0"
+        "stairlab study --timesteps 30000 --world plane --methods effect uniform --seeds 0-2\n"
+        "stairlab study --timesteps 30000 --world plane --methods sac --seeds 0"
     )
-    assert made_up({"effect": HIGH[:1]}, quick=True).command() == "stairlab study --quick --methods effect --seeds 0"
+    quick = made_up({"effect": HIGH[:1]}, quick=True)
+    assert quick.command() == "stairlab study --quick --world plane --methods effect --seeds 0"
+
+
+def test_the_command_names_what_differs_from_the_default():
+    results = made_up({"effect": HIGH[:1]})
+    results.description["settings"] |= {"world": "tumbling", "rocking": 0.5, "friction": 0.8, "as_published": True}
+    assert results.command() == (
+        "stairlab study --timesteps 30000 --world tumbling --rocking 0.5 --friction 0.8 --as-published --methods effect --seeds 0"
+    )
+
+
+def test_results_are_selected_and_joined_in_the_order_of_a_study():
+    whole = made_up({"effect": HIGH[:4], "uniform": LOW[:4]})
+    first, second = whole.selected(["effect", "uniform"], [0, 2]), whole.selected(["uniform", "effect"], [1, 2, 3])
+    assert len(first.runs) == 4
+    again = second.joined(first)
+    for name in ("runs", "evaluations", "motions", "episodes"):
+        pd.testing.assert_frame_equal(getattr(again, name), getattr(whole, name))
+
+
+def test_the_motions_of_a_set_that_is_not_ours_to_hand_on_can_be_left_out():
+    results = made_up({"effect": HIGH[:1], "theirs": LOW[:1]}).without_motions_of(["theirs"])
+    assert set(results.motions["method"]) == {"effect"}
+    hidden = results.episodes["method"] == "theirs"
+    assert results.episodes.loc[hidden, ["magnitude", "angle"]].isna().all(axis=None)
+    assert results.episodes.loc[~hidden, ["magnitude", "angle"]].notna().all(axis=None)
+    assert results.scores("theirs") == LOW[:1]
 
 
 def test_a_folder_without_a_study_or_with_damaged_tables_is_refused(tmp_path):
@@ -82,4 +104,4 @@ def test_unknown_methods_and_empty_studies_are_refused():
     with pytest.raises(ValueError, match="method must be one of 'effect', not 'effects'"):
         made_up({"effect": HIGH}).scores("effects")
     with pytest.raises(ValueError, match="run the study first"):
-        StudyResults.from_runs([], {})
+        StudyResults.from_runs([], {"settings": {}, "own": {}})

@@ -367,8 +367,8 @@ def test_last_episodes_are_counted_by_step_and_by_what_the_end_was() -> None:
         [(round(bar.get_x() + bar.get_width() / 2, 9), bar.get_y(), bar.get_height()) for bar in group]
         for group in panel.containers
     ]
-    assert bars == [[(15, 0, 1)], [(4, 0, 2)], [(0, 0, 1), (4, 2, 1)]]
-    assert "of 5 agents 1 on the top, 2 stuck, median step 4" in alt_text(figure)
+    assert bars == [[(15, 0, 1)], [], [(4, 0, 2)], [(0, 0, 1), (4, 2, 1)]]
+    assert "of 5 episodes 1 on the top, 2 stuck, median step 4" in alt_text(figure)
     assert panel.get_title() == "effect-based: 1 of 5 on top"
 
 
@@ -376,13 +376,13 @@ def test_the_ends_are_told_apart_by_hatches_besides_colours() -> None:
     handles = plots.plot_last_episodes(study({"effect": 2})).legends[0].get_patches()
     looks = [(handle.get_facecolor(), handle.get_hatch()) for handle in handles]
     for part in zip(*looks, strict=True):
-        assert len(set(part)) == 3
+        assert len(set(part)) == 4
 
 
 def test_a_study_without_episodes_has_empty_panels() -> None:
     results = study({"effect": 2})
     results = replace(results, episodes=results.episodes[:0])
-    assert "of 0 agents" in alt_text(plots.plot_last_episodes(results))
+    assert "of 0 episodes" in alt_text(plots.plot_last_episodes(results))
 
 
 # Traps

@@ -52,9 +52,9 @@ def test_the_report_asks_no_other_host_for_anything(report):
 def test_the_report_holds_the_scores_the_claims_and_the_command(report):
     text = text_of(report)
     assert re.search(r"effect-based 2 2\.0 2\.5", text)
-    assert "Effect-based prototypes reach a higher mean return than uniform ones." in text
-    assert "stairlab study --timesteps 30000 --methods effect uniform --seeds 0-1" in text
-    assert "Not the paper" not in text
+    assert "Effect-based prototypes achieve the highest mean return" in text
+    assert "stairlab study --timesteps 30000 --world plane --methods effect uniform --seeds 0-1" in text
+    assert "Not the paper’s study: it is in the plane, where a cube neither turns nor rolls." in text
     assert "nan" not in text
 
 
@@ -63,7 +63,7 @@ def test_what_differs_from_the_papers_study_is_named(tmp_path):
     results.description["settings"] |= {"dqn": {"gamma": 0.9}, "restitution": 0.0}
     save_study(results, tmp_path, progress=False)
     text = text_of((tmp_path / "report.html").read_text())
-    assert "DQN has other settings than the published ones and the risers have a restitution of 0.0" in text
+    assert "DQN has other settings than the published ones, and the risers have a restitution of 0.0" in text
 
 
 def test_a_quick_study_is_marked_in_the_report_and_in_each_table_that_is_read(tmp_path):
