@@ -87,7 +87,7 @@ def make_env(motions: Prototypes | np.ndarray | None = None, **options: Any) -> 
     -------
     gymnasium.Env
     """
-    env = gym.make(f"stairlab/UpTheStairs-{'v1' if 'world' in options else 'v0'}", **options)
+    env = gym.make("stairlab/UpTheStairs-v1", **{"world": "plane"} | options)
     return env if motions is None else DiscreteMotions(env, motions)
 
 
