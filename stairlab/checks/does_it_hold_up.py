@@ -147,26 +147,26 @@ def check_probability_of_improvement(function: Any, more: int = 0) -> Verdict:
 
 
 def check_judge_claim(function: Any, more: int = 0) -> Verdict:
-    """Check ``judge_claim(interval, region)``: "holds", "holds not" or "not decided", for a claim that a number lies in a region.
+    """Check ``judge_claim(interval, region)``: "supported", "contradicted" or "undecided", for a claim that a number lies in a region.
 
-    The usual mistakes: the middle of the interval decides; what is not decided is refuted; touching is enough; an interval with 0
+    The usual mistakes: the middle of the interval decides; what is undecided is contradicted; touching is enough; an interval with 0
     in it is never decided; an interval with 0 in it proves likeness.
     """
 
     def right(interval: tuple[float, float], region: tuple[float, float]) -> str:
         if region[0] < interval[0] and interval[1] < region[1]:
-            return "holds"
-        return "holds not" if interval[1] < region[0] or region[1] < interval[0] else "not decided"
+            return "supported"
+        return "contradicted" if interval[1] < region[0] or region[1] < interval[0] else "undecided"
 
     def by_middle(interval: tuple[float, float], region: tuple[float, float]) -> str:
-        return "holds" if region[0] < sum(interval) / 2 < region[1] else "holds not"
+        return "supported" if region[0] < sum(interval) / 2 < region[1] else "contradicted"
 
     def by_zero(interval: tuple[float, float], region: tuple[float, float]) -> str:
-        return "not decided" if interval[0] < 0 < interval[1] else by_middle(interval, region)
+        return "undecided" if interval[0] < 0 < interval[1] else by_middle(interval, region)
 
     def absence(interval: tuple[float, float], region: tuple[float, float]) -> str:
         both = math.isfinite(region[0]) and math.isfinite(region[1])
-        return "holds" if both and interval[0] < 0 < interval[1] else right(interval, region)
+        return "supported" if both and interval[0] < 0 < interval[1] else right(interval, region)
 
     endless = math.inf
     cases: list[tuple[Any, ...]] = [
@@ -192,12 +192,12 @@ def check_judge_claim(function: Any, more: int = 0) -> Verdict:
             by_middle,
         ),
         Mistake(
-            "You call refuted what is not decided: an interval that lies partly in the region contradicts nothing.",
-            lambda interval, region: "holds" if right(interval, region) == "holds" else "holds not",
+            "You call contradicted what is undecided: an interval that lies partly in the region contradicts nothing.",
+            lambda interval, region: "supported" if right(interval, region) == "supported" else "contradicted",
         ),
         Mistake(
             "You call a claim true when its region and the interval only touch; the whole interval must lie in the region.",
-            lambda interval, region: "holds not" if right(interval, region) == "holds not" else "holds",
+            lambda interval, region: "contradicted" if right(interval, region) == "contradicted" else "supported",
         ),
         Mistake(
             "You ask whether the interval holds 0; ask how it lies to the region, which may have 0 in it or be far from it.",
@@ -208,7 +208,7 @@ def check_judge_claim(function: Any, more: int = 0) -> Verdict:
             absence,
         ),
     ]
-    return judge("judge_claim", function, right, cases, mistakes, "Not decided is a finding, too.")
+    return judge("judge_claim", function, right, cases, mistakes, "Undecided is a finding, too.")
 
 
 # Bootstraps, right and wrong: each draws statistics of resamples.

@@ -1,39 +1,196 @@
-"""Lesson 10, does it hold up: how sure a few seeds make us, what decides a claim, and what hangs on the simulator."""
+"""Lesson 10, does it hold up: how sure a few seeds make us, what decides a claim, and whether the world was the right one."""
 
 from __future__ import annotations
 
+import html
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
+from matplotlib.patches import Polygon
+from matplotlib.ticker import MaxNLocator
+from scipy.spatial import ConvexHull
 
-from stairlab.drawing import COLORS, FAINT, GRID, INK, figure_legend, legend_below, marker_handle, new_figure
+from stairlab.claims import CONTRADICTED, SUPPORTED, UNDECIDED
+from stairlab.drawing import (
+    COLORS,
+    CUBE,
+    FAINT,
+    GRID,
+    INK,
+    PATH,
+    STAIRS,
+    figure_legend,
+    legend_below,
+    marker_handle,
+    new_figure,
+)
 from stairlab.estimates import Estimate, estimate
 from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.plots import draw_cube, draw_stairs, pose
-from stairlab.results import TOP_STEP, StudyResults, load_published_study
+from stairlab.results import TOP_STEP, StudyResults, load_published_study, published_studies
 from stairlab.study_plots import method_style, plot_learning_curves
-from stairlab.world import StairWorld
+from stairlab.tumbling import TumblingWorld
+from stairlab.world import CubeWorld, Jump, StairWorld, yaw_of
+
+if TYPE_CHECKING:
+    import ipywidgets
 
 SETS = ("effect", "uniform", "random")
 """ The paper's three sets of motions """
 SCORE = "score: mean greedy return of the last five evaluations [reward]"
-HOLDS, BEYOND, MARK = COLORS[2], COLORS[4], COLORS[1]
-VERDICT_COLORS = {"holds": HOLDS, "holds not": BEYOND, "not decided": FAINT}
+TRUE_THERE, BEYOND, MARK = COLORS[2], COLORS[4], COLORS[1]
+VERDICT_COLORS = {SUPPORTED: TRUE_THERE, CONTRADICTED: BEYOND, UNDECIDED: FAINT}
+MAIN_PARTS = ("paper", "tumbling")
+""" The main study of each world, among those that come with the package """
 EQUAL = 1e-3
 """ Means that differ by less are equal: a resting cube can lean a little [reward] """
 RISER = 3
 """ The riser before which a cube is pushed: in the middle of the stairs [number] """
+STATEMENT = (
+    "On the paper's stairs, DQN learns to climb better with a 4 by 4 grid of motions than with effect-based prototypes."
+)
+""" What the reader bets on, again and again; the paper says that it is false """
+ENGINE = {
+    "within 3 cm of the riser [%]": "37",
+    "of these, free after one jump more [%]": "54",
+    "turned by more than 5° [%]": "72",
+    "more than 5 cm aside [%]": "78",
+    "a moderate jump climbs [%]": "33",
+    "highest step, quartiles": "4, 7, 12",
+}
+""" Random rollouts in the authors' simulator: 6,003 jumps, simulated with the engine that their launch files start """
+ENGINE_GAPS = {5: 0.03, 25: 6.7, 50: 71.0, 75: 166.0, 95: 288.0}
+""" Quantiles of the gap between foremost corner and riser there: percentage, and gap [mm] """
+MODERATE = ((350.0, 55.0), (650.0, 75.0))
+""" Moderate motions, of which some climb from most places: from, and to; magnitude [N], angle [deg] """
 
 Region = tuple[float, float]
+
+
+# How sure the reader is
+
+
+class Certainty:
+    """How sure the reader is of ``STATEMENT`` at a step of the lesson, in percent. Made by ``how_sure``.
+
+    Attributes
+    ----------
+    step : str
+        When it is asked.
+    percent : float or None
+        The reader's answer; the first one counts.
+    """
+
+    def __init__(self, step: str) -> None:
+        self.step = step
+        self.percent: float | None = None
+
+    def commit(self, percent: float | str) -> str:
+        """Record how sure the reader is, and say what was recorded.
+
+        Raises
+        ------
+        ValueError
+            If ``percent`` is not a number from 0 to 100.
+        """
+        try:
+            value = float(percent)
+        except (TypeError, ValueError):
+            value = math.nan
+        if not 0 <= value <= 100:
+            raise ValueError(f"percent must be a number from 0 to 100, not {percent!r}.")
+        if self.percent is None:
+            self.percent = value
+        return f"{self.percent:g} %: noted. There is no right answer here; you see all of yours at the end."
+
+    @property
+    def question(self) -> str:
+        """What is asked."""
+        return f"{self.step} How sure are you, from 0 to 100 %, that this is true? {STATEMENT}"
+
+    def __repr__(self) -> str:
+        if self.percent is None:
+            return f"{self.question} Write it down, or run the cell with percent=..."
+        return f"{self.question} {self.commit(self.percent)}"
+
+    def _repr_html_(self) -> str:
+        """Show the question, for pages without a kernel."""
+        box = f"border-left:4px solid {COLORS[3]};padding:.3em .9em;margin:.4em 0;max-width:48em"
+        return f'<div style="{box}"><strong>Commit.</strong> {html.escape(self.question)} <em>Write the number down.</em></div>'
+
+    def widget(self) -> ipywidgets.Widget:
+        """Return the live widget.
+
+        Raises
+        ------
+        ImportError
+            If ipywidgets is not installed.
+        """
+        import ipywidgets
+
+        field = ipywidgets.Text(placeholder="0 to 100 [%]", description="sure to")
+        button = ipywidgets.Button(description="That is how sure", button_style="primary")
+        reply = ipywidgets.HTML()
+
+        def commit(_: Any) -> None:
+            try:
+                words = self.commit(field.value)
+            except ValueError:
+                words = "Write a number from 0 to 100 first."
+            else:
+                field.disabled = button.disabled = True
+            reply.value = f'<p aria-live="polite">{html.escape(words)}</p>'
+
+        button.on_click(commit)
+        question = ipywidgets.HTML(f"<strong>Commit.</strong> {html.escape(self.question)}")
+        layout = ipywidgets.Layout(border_left=f"4px solid {COLORS[3]}", padding="0 1em")
+        return ipywidgets.VBox([question, field, button, reply], layout=layout)
+
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
+        shown = {"text/plain": repr(self), "text/html": self._repr_html_()}
+        if self.percent is not None:
+            return {"text/plain": repr(self)}
+        try:
+            return self.widget()._repr_mimebundle_() | shown
+        except ImportError:
+            return shown
+
+
+_asked: dict[str, Certainty] = {}
+
+
+def how_sure(step: str, percent: float | None = None) -> Certainty:
+    """Ask how sure the reader is of ``STATEMENT``. In a notebook there is a field; without widgets, give ``percent``.
+
+    Parameters
+    ----------
+    step : str
+        When it is asked: a sentence.
+    percent : float, optional
+        The answer, 0 to 100, where no widget can ask for it.
+
+    Returns
+    -------
+    Certainty
+    """
+    asked = Certainty(step)
+    if percent is not None:
+        asked.commit(percent)
+    _asked[step] = asked
+    return asked
+
+
+def my_certainty() -> pd.DataFrame:
+    """Return how sure the reader was at each step of this session: "when", and "sure [%]" (only where a number was given)."""
+    rows = [(asked.step, asked.percent) for asked in _asked.values() if asked.percent is not None]
+    return pd.DataFrame(rows, columns=["when", "sure [%]"])
 
 
 # Some of the seeds
@@ -318,39 +475,6 @@ def draw_middle_half(scores: np.ndarray, label: str) -> Figure:
     return figure
 
 
-def draw_outlier(scores: np.ndarray, label: str) -> Figure:
-    """Draw how mean, median and interquartile mean move while the highest score alone goes from the lowest to 15.
-
-    Parameters
-    ----------
-    scores : ndarray of shape (n_seeds,)
-        A score for each seed.
-    label : str
-        What made them.
-    """
-    others = np.sort(scores)[:-1]
-    values = np.linspace(others.min(), TOP_STEP, 61)
-    moved = np.sort(np.column_stack([np.tile(others, (len(values), 1)), values]), axis=1)
-    cut = moved.shape[1] // 4
-    curves = {
-        "mean": moved.mean(axis=1),
-        "median": np.median(moved, axis=1),
-        "interquartile mean": moved[:, cut : moved.shape[1] - cut].mean(axis=1),
-    }
-    moves = {name: curve[-1] - curve[0] for name, curve in curves.items()}
-    figure, ax = new_figure(
-        f"What the score of one of {len(scores)} {label} runs does to their summary: from {values[0]:.0f} to {TOP_STEP}, it moves the "
-        f"{', the '.join(f'{name} by {move:.2f}' for name, move in moves.items())}.",
-        size=(6.4, 3.0),
-    )
-    for (name, curve), line, color in zip(curves.items(), ("--", ":", "-"), (COLORS[4], INK, COLORS[1]), strict=True):
-        ax.plot(values, curve, linestyle=line, color=color, linewidth=2, label=name)
-    ax.set(xlabel="score of a single run, the others stay [reward]", ylabel="summary [reward]")
-    ax.set_ylim(0, 1.15 * max(curve.max() for curve in curves.values()))
-    ax.legend(frameon=False, fontsize=9, loc="lower right")
-    return figure
-
-
 def draw_resample(scores: np.ndarray, chosen: np.ndarray, label: str = "effect-based") -> Figure:
     """Draw how often each run was drawn into a resample, above its score.
 
@@ -472,12 +596,12 @@ def verdict(found: Estimate, region: Region) -> str:
     Returns
     -------
     str
-        "holds" if the whole interval lies in the region, "holds not" if it lies outside, else "not decided".
+        "supported" if the whole interval lies in the region, "contradicted" if it lies outside, else "undecided".
     """
     low, high = region
     if found.low > low and found.high < high:
-        return "holds"
-    return "holds not" if found.high < low or found.low > high else "not decided"
+        return SUPPORTED
+    return CONTRADICTED if found.high < low or found.low > high else UNDECIDED
 
 
 def draw_intervals(
@@ -516,7 +640,7 @@ def draw_intervals(
         color, said = MARK, ""
         if name in given:
             low, high = (float(np.clip(bound, left, right)) for bound in given[name])
-            ax.fill_betweenx([row - 0.36, row + 0.36], low, high, color=HOLDS, alpha=0.18, linewidth=0, zorder=0)
+            ax.fill_betweenx([row - 0.36, row + 0.36], low, high, color=TRUE_THERE, alpha=0.18, linewidth=0, zorder=0)
             said = verdict(one, given[name])
             color = VERDICT_COLORS[said]
             ax.annotate(said, (1.01, row), xycoords=("axes fraction", "data"), va="center", fontsize=9, color=INK)
@@ -538,56 +662,6 @@ def _estimate_words(found: Estimate) -> str:
     digits = ".2f" if abs(found.value) < 100 else ",.0f"
     interval = f" [{found.low:{digits}}, {found.high:{digits}}]" if np.isfinite(found.low) else ""
     return f"{found.value:{digits}}{interval}"
-
-
-def claim_intervals(study: StudyResults) -> dict[str, dict[str, tuple[Estimate, Region]]]:
-    """Return the claims of ``paper_claims`` that an interval decides: what was estimated, and where the claim is true.
-
-    Parameters
-    ----------
-    study : StudyResults
-        The study.
-
-    Returns
-    -------
-    dict of str to dict of str to (Estimate, (float, float))
-        By unit ("reward", "steps"), and by a short name of the claim, in the order of ``paper_claims``.
-    """
-    above, endless = (0.0, math.inf), math.inf
-    reward = {
-        "mean: effect above uniform": (study.difference("effect", "uniform"), above),
-        "mean: effect above random": (study.difference("effect", "random"), above),
-        "maximum: effect above uniform": (study.highest_mean_difference("effect", "uniform"), above),
-        "maximum: effect above random": (study.highest_mean_difference("effect", "random"), above),
-        "mean: uniform close to effect": (study.difference("effect", "uniform"), (-1.0, 1.0)),
-        "spread: uniform above effect": (study.spread_difference("uniform", "effect"), above),
-        "spread: random above effect": (study.spread_difference("random", "effect"), above),
-    }
-    steps = {
-        "uniform way slower": (study.half_step_difference("uniform", "effect"), (2000.0, endless)),
-        "random similarly fast": (study.half_step_difference("random", "effect"), (-2000.0, 2000.0)),
-        "effect faster than random": (study.half_step_difference("random", "effect"), above),
-    }
-    return {"reward": reward, "steps": steps}
-
-
-def draw_claims(study: StudyResults) -> Figure:
-    """Draw the intervals behind the claims: differences in reward above, in training steps below, each with its verdict."""
-    claims = claim_intervals(study)
-    figure, axes = new_figure(
-        "What the intervals of the claims decide; where a claim would be true is shaded.",
-        panels=2,
-        columns=1,
-        size=(7.6, 6.2),
-    )
-    labels = {"reward": "difference [reward]", "steps": "difference in when half of the rise is done [training steps]"}
-    axes[0].get_gridspec().set_height_ratios([7, 3])
-    for ax, (unit, rows) in zip(axes, claims.items(), strict=True):
-        found = {name: one for name, (one, _) in rows.items()}
-        draw_intervals(found, labels[unit], {name: region for name, (_, region) in rows.items()}, ax=ax)
-    axes[1].xaxis.set_major_locator(MaxNLocator(5))
-    axes[1].xaxis.set_major_formatter("{x:,.0f}")
-    return figure
 
 
 def draw_orders(shares: pd.Series, n: int = 4) -> Figure:
@@ -630,7 +704,7 @@ def draw_pairs(first: np.ndarray, second: np.ndarray, names: tuple[str, str]) ->
         ax.plot(j + 1, i + 1, marker, color=color, markersize=6, markeredgecolor=INK, markeredgewidth=0.5,
                 label=f"{words}: {_percent(shares[words])}")  # fmt: skip
     ax.set(xlabel=f"{names[1]} runs, by score [reward]", ylabel=f"{names[0]} runs, by score [reward]", aspect="equal")
-    ax.set_xticks(np.arange(1, len(y) + 1), [f"{round(score, 1) + 0:g}" for score in y], fontsize=7)
+    ax.set_xticks(np.arange(1, len(y) + 1), [f"{round(score, 1) + 0:g}" for score in y], fontsize=7, rotation=90)
     ax.set_yticks(np.arange(1, len(x) + 1), [f"{round(score, 1) + 0:g}" for score in x], fontsize=7)
     ax.legend(frameon=False, fontsize=9, loc="center left", bbox_to_anchor=(1.01, 0.5))
     return figure
@@ -640,7 +714,7 @@ def _pair_words(names: tuple[str, str]) -> dict[str, int]:
     return {f"{names[0]} higher": 1, "equal": 0, f"{names[1]} higher": -1}
 
 
-# Set size, trap, simulator
+# Set size, settings, trap
 
 
 def draw_set_sizes(study: StudyResults, methods: Sequence[str] = (*SETS, "fixed")) -> Figure:
@@ -712,98 +786,6 @@ def draw_gap_jumps(gap: float = 7.0, angles: Sequence[float] = (85.0, 89.0), mag
     return figure
 
 
-def draw_steepness(traps: pd.DataFrame) -> Figure:
-    r"""Draw the width of each set's trap against its steepest motion, and the curve :math:`g = h / \tan \alpha`.
-
-    Parameters
-    ----------
-    traps : pandas.DataFrame
-        As ``StudyResults.traps`` returns it.
-    """
-    known = traps[np.isfinite(traps["trap"]) & (traps["trap"] > 0)]
-    figure, ax = new_figure(
-        f"Width of the trap against the steepest motion of {len(known)} sets: most lie near the curve h / tan α.",
-        size=(6.8, 3.8),
-    )
-    angles = np.linspace(min(60.0, float(known["steepest"].min())), 89.5, 200)
-    ax.plot(angles, 1000 * Staircase.rise / np.tan(np.radians(angles)), color=INK, linewidth=1.5, linestyle="--")
-    handles: list[Any] = [Line2D([], [], color=INK, linestyle="--", label=" h / tan α")]
-    for method, rows in known.groupby("method", sort=False):
-        look = method_style(str(method))
-        ax.plot(rows["steepest"], 1000 * rows["trap"], look.marker, color=look.color, markersize=6, alpha=0.75,
-                markeredgecolor="white", markeredgewidth=0.5)  # fmt: skip
-        handles.append(marker_handle(look.color, look.marker, look.label))
-        medians = rows[["steepest", "trap"]].median()
-        _say(figure, f"{look.label}: median {medians['steepest']:.0f} degrees and {1000 * medians['trap']:.0f} mm.")
-    ax.set(xlabel="steepest motion of the set α [°]", ylabel="trap [mm]", yscale="log")
-    ax.yaxis.set_major_formatter("{x:g}")
-    figure_legend(ax, handles, "lower center", min(len(handles), 5))
-    return figure
-
-
-def draw_with_one_more(before: Sequence[float], after: Sequence[float], xlabels: tuple[str, str]) -> Figure:
-    """Draw how the traps of sets shrink with a change: a line for each set.
-
-    Parameters
-    ----------
-    before, after : sequence of float
-        Width of each set's trap [m].
-    xlabels : (str, str)
-        What the sets are, before and after.
-    """
-    low, high = 1000 * np.asarray(before), 1000 * np.asarray(after)
-    figure, ax = new_figure(
-        f"Traps of {len(low)} sets: {xlabels[0]}, median {np.median(low):.1f} mm; {xlabels[1]}, median {np.median(high):.1f} mm.",
-        size=(5.2, 3.4),
-    )
-    nudged = 0.5 * _spread_out(len(low))
-    ax.plot([nudged, 1 + nudged], [low, high], color=FAINT, linewidth=1, zorder=1)
-    ax.plot(nudged, low, "o", color=COLORS[4], markeredgecolor="white", markersize=7)
-    ax.plot(1 + nudged, high, "s", color=COLORS[2], markeredgecolor="white", markersize=7)
-    ax.set(ylabel="trap [mm]", xlim=(-0.4, 1.4), yscale="log")
-    ax.set_xticks([0, 1], xlabels)
-    ax.yaxis.set_major_formatter("{x:g}")
-    ax.yaxis.set_major_locator(FixedLocator([2, 5, 10, 20, 40]))
-    ax.yaxis.set_minor_locator(NullLocator())
-    return figure
-
-
-def draw_gap_shares(gaps: Mapping[str, np.ndarray], traps: Mapping[str, float], stuck: np.ndarray) -> Figure:
-    """Draw the share of jumps that end nearer to a riser than a gap, for several worlds, and where agents are stuck.
-
-    Parameters
-    ----------
-    gaps : mapping of str to ndarray of shape (n_ends,)
-        For each world, the gaps left to the riser ahead [m].
-    traps : mapping of str to float
-        For each set, the width of its trap [m].
-    stuck : ndarray of shape (n_agents,)
-        Gaps at which trained agents are stuck [m].
-    """
-    figure, ax = new_figure("Share of jumps that end nearer to a riser than a gap.", size=(6.8, 4.2))
-    looks = zip(("-", "--", ":"), (COLORS[4], COLORS[1], COLORS[2]), strict=True)
-    for (name, values), (line, color) in zip(gaps.items(), looks, strict=False):
-        ordered = np.sort(np.clip(1000 * values, 0.02, None))
-        ax.plot(
-            ordered, 100 * np.arange(1, len(ordered) + 1) / len(ordered), line, color=color, linewidth=2.2, label=name
-        )
-        inside = (f"{_percent(float((values < width).mean()))} nearer than {one}" for one, width in traps.items())
-        _say(figure, f"{name}: {', '.join(inside)}.")
-    for one, width in traps.items():
-        ax.axvline(1000 * width, color=INK, linestyle=(0, (1, 1)), linewidth=1.3)
-        where: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "fontsize": 9, "ha": "center", "va": "bottom"}
-        ax.annotate(f"{one}\n{1000 * width:.1f} mm", (1000 * width, 1.01), **where)
-    label = f"where {len(stuck)} effect-based agents are stuck"
-    ax.plot(1000 * np.clip(stuck, 2e-5, None), np.full(len(stuck), 3.0), "x", color=INK, markersize=7, label=label)
-    between = int(((stuck > min(traps.values())) & (stuck < max(traps.values()))).sum())
-    _say(figure, f"Of {len(stuck)} stuck agents, {between} stand between the two widths.")
-    ax.set(xscale="log", ylim=(0, 100), ylabel="jumps that end nearer [%]")
-    ax.set_xlabel("gap to the riser [mm], less than 0.02 drawn as 0.02")
-    ax.xaxis.set_major_formatter("{x:g}")
-    legend_below(ax, ncols=2)
-    return figure
-
-
 def draw_worlds(studies: Mapping[str, StudyResults], methods: Sequence[str] = SETS) -> Figure:
     """Draw every run's score in several worlds, a panel for each, with the means.
 
@@ -820,6 +802,7 @@ def draw_worlds(studies: Mapping[str, StudyResults], methods: Sequence[str] = SE
         columns=len(studies),
         size=(3.0 * len(studies) + 0.4, 3.2),
     )
+    lowest = min(study.scores(method).min() for study in studies.values() for method in methods)
     for ax, (world, study) in zip(np.ravel(axes), studies.items(), strict=True):
         for row, method in enumerate(methods):
             look, scores = method_style(method), study.scores(method)
@@ -832,9 +815,342 @@ def draw_worlds(studies: Mapping[str, StudyResults], methods: Sequence[str] = SE
             [method_style(method).label for method in methods] if ax is np.ravel(axes)[0] else [""] * len(methods),
             "score [reward]",
         )
-        ax.set(xlim=(-0.8, 15.8), ylim=(len(methods) - 0.4, -0.65), xticks=range(0, 16, 5))
+        ax.set(xlim=(min(lowest, 0) - 0.8, 15.8), ylim=(len(methods) - 0.4, -0.65), xticks=range(0, 16, 5))
         ax.set_title(world, fontsize=10)
     return figure
+
+
+# Jumps from treads, in both worlds
+
+
+def tread_table(rollouts: Iterable[Sequence[Jump]], stairs: Staircase | None = None) -> pd.DataFrame:
+    """Say of each jump of some rollouts from where it began, and whether it climbed.
+
+    Parameters
+    ----------
+    rollouts : iterable of sequence of Jump
+        Each begins at the start pose.
+    stairs : Staircase, optional
+        The stairs; fifteen steps by default.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each jump: "rollout", "jump" (from 0), "magnitude", "angle"; where the cube lay before it: "level" of the stairs,
+        "gap" between its foremost corner and the riser ahead [m], "yaw" of its faces (0 to 45) [deg], distance "aside" [m]; and
+        after it: "end level", "end gap", and whether it "climbs": ends on the map, at a higher level.
+    """
+    stairs = stairs or Staircase.fifteen()
+    rows = []
+    for number, jumps in enumerate(rollouts):
+        for place, jump in enumerate(jumps):
+            (level, gap), (end_level, end_gap) = (_level_and_gap(state, stairs) for state in (jump.start, jump.end))
+            yaw, aside = abs(yaw_of(*jump.start[3:7])), abs(float(jump.start[0]))
+            climbs = jump.on_map and end_level > level
+            rows.append((number, place, jump.magnitude, jump.angle, level, gap, yaw, aside, end_level, end_gap, climbs))
+    names = ["rollout", "jump", "magnitude", "angle", "level", "gap", "yaw", "aside", "end level", "end gap", "climbs"]
+    return pd.DataFrame(rows, columns=names)
+
+
+def _level_and_gap(state: np.ndarray, stairs: Staircase) -> tuple[int, float]:
+    r"""Return the step on which a cube rests, and the gap :math:`y_r - (y + \frac{l}{2} \sum_j |R_{yj}|)` to the riser ahead [m]."""
+    qx, qy, qz, qw = state[3:7]
+    row = (2 * (qx * qy + qw * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz - qw * qx))
+    level = round((state[2] - CUBE_EDGE / 2) / stairs.rise)
+    foremost = state[1] + CUBE_EDGE / 2 * sum(map(abs, row))
+    return level, float(stairs.first_riser + stairs.run * level - foremost)
+
+
+def draw_resting(resting: Mapping[str, pd.DataFrame], shown: int = 60) -> Figure:
+    """Draw resting cubes from above, all on one tread: a panel for each world.
+
+    Parameters
+    ----------
+    resting : mapping of str to pandas.DataFrame
+        For each world, rows of ``tread_table``.
+    shown : int
+        Cubes in each panel, the first ones.
+    """
+    figure, axes = new_figure(
+        "Resting cubes on a tread, from above; the riser is at the right.",
+        panels=len(resting),
+        size=(3.6 * len(resting), 3.6),
+    )
+    for ax, (name, table) in zip(np.ravel(axes), resting.items(), strict=True):
+        for gap, yaw, aside in table[["gap", "yaw", "aside"]].to_numpy()[:shown]:
+            turn = math.radians(yaw)
+            centre = np.array([-gap - CUBE_EDGE / 2 * (math.cos(turn) + math.sin(turn)), aside])
+            across, along = np.array([math.cos(turn), math.sin(turn)]), np.array([-math.sin(turn), math.cos(turn)])
+            corners = [
+                centre + CUBE_EDGE / 2 * (i * across + j * along) for i, j in ((1, 1), (1, -1), (-1, -1), (-1, 1))
+            ]
+            ax.add_patch(Polygon(corners, facecolor=CUBE, edgecolor=INK, alpha=0.35, linewidth=0.8))
+        ax.axvline(0, color=INK, linewidth=4)
+        ax.set(xlim=(-0.42, 0.02), ylim=(-0.1, 0.7), aspect="equal", xlabel="y before the riser [m]", ylabel="|x| [m]")
+        ax.set_title(f"{name}: {min(shown, len(table))} cubes", fontsize=10)
+        medians = table[["gap", "yaw", "aside"]].median()
+        _say(
+            figure,
+            f"{name}: in the median {1000 * medians['gap']:.0f} mm before it, turned by {medians['yaw']:.0f} degrees, "
+            f"{100 * medians['aside']:.0f} cm aside.",
+        )
+    return figure
+
+
+def draw_tread_gaps(gaps: Mapping[str, np.ndarray], trap: float = 0.03) -> Figure:
+    """Draw the share of resting cubes that lie nearer to a riser than a gap, for several worlds, and the authors' engine.
+
+    Parameters
+    ----------
+    gaps : mapping of str to ndarray of shape (n_poses,)
+        For each world, the gaps between foremost corner and riser [m].
+    trap : float
+        Nearer than this no ordinary push climbs [m].
+    """
+    figure, ax = new_figure("Share of resting cubes that lie nearer to a riser than a gap.", size=(6.8, 3.8))
+    for (name, values), line, color in zip(gaps.items(), ("-", "--"), (COLORS[4], COLORS[1]), strict=False):
+        ordered, shares = np.sort(1000 * values), 100 * np.arange(1, len(values) + 1) / len(values)
+        ax.plot(ordered, shares, line, color=color, linewidth=2.2, label=name)
+        _say(
+            figure,
+            f"{name}: {_percent(float((values < trap).mean()))} within {1000 * trap:g} mm, median {1000 * np.median(values):.0f} mm.",
+        )
+    ax.plot(
+        list(ENGINE_GAPS.values()),
+        list(ENGINE_GAPS),
+        "D",
+        color=INK,
+        markersize=7,
+        label="the authors' engine (quantiles)",
+    )
+    _say(figure, f"The authors' engine: median {ENGINE_GAPS[50]:g} mm.")
+    ax.axvspan(0, 1000 * trap, color=FAINT, alpha=0.25, linewidth=0, label="the trap: no ordinary push climbs")
+    ax.set(xlim=(-4, 350), ylim=(0, 100), xlabel="gap to the riser ahead [mm]", ylabel="cubes that lie nearer [%]")
+    legend_below(ax, ncols=2)
+    return figure
+
+
+def climb_chances(
+    world: CubeWorld, gaps: Sequence[float], jumps: int = 60, yaw: float = 0.0, seed: int = 0
+) -> np.ndarray:
+    """Put the cube at rest before a riser, push it moderately, and count how often it climbs.
+
+    Parameters
+    ----------
+    world : StairWorld or TumblingWorld
+        A world with some steps above ``RISER``.
+    gaps : sequence of float
+        Gaps between its foremost corner and the riser [m].
+    jumps : int
+        Jumps from each gap, with motions drawn from ``MODERATE``; the same ones for each.
+    yaw : float
+        By how much the cube is turned about the vertical [deg].
+    seed : int
+        Source of the motions and of what is random in the world.
+
+    Returns
+    -------
+    ndarray of shape (len(gaps),)
+        The share of jumps that end on the map, at a higher level.
+    """
+    stairs, turn = world.staircase, math.radians(yaw)
+    reach = CUBE_EDGE / 2 * (math.cos(turn) + abs(math.sin(turn)))
+    shares = []
+    for gap in gaps:
+        start = world.state_at(stairs.risers[RISER] - gap - reach, RISER * stairs.rise + CUBE_EDGE / 2, yaw=turn)
+        rng, climbed = np.random.default_rng(seed), 0
+        for _ in range(jumps):
+            world.reset(start)
+            jump = world.perform(rng.uniform(*MODERATE), np.random.default_rng(rng.integers(2**32)))
+            climbed += jump.on_map and jump.dz > stairs.rise / 2
+        shares.append(climbed / jumps)
+    world.reset()
+    return np.array(shares)
+
+
+def draw_climb_chances(gaps: Sequence[float], chances: Mapping[str, np.ndarray], jumps: int) -> Figure:
+    """Draw how often a moderate jump climbs against the gap from which it starts: a curve for each world.
+
+    Parameters
+    ----------
+    gaps : sequence of float
+        Gaps [m].
+    chances : mapping of str to ndarray of shape (len(gaps),)
+        For each world, the shares.
+    jumps : int
+        Jumps behind each share.
+    """
+    figure, ax = new_figure(f"How often a moderate jump climbs, against the gap; {jumps} jumps each.", size=(6.4, 3.4))
+    looks = zip(("o", "s", "^"), ("-", "--", ":"), (COLORS[4], COLORS[1], COLORS[2]), strict=True)
+    x = 1000 * np.asarray(gaps)
+    for (name, shares), (marker, line, color) in zip(chances.items(), looks, strict=False):
+        error = 100 * np.sqrt(np.maximum(shares * (1 - shares), 0.25 / jumps) / jumps)
+        ax.errorbar(x, 100 * shares, error, marker=marker, linestyle=line, color=color, label=name, capsize=2)
+        _say(
+            figure,
+            f"{name}: {', '.join(f'{gap:g} mm {_percent(share)}' for gap, share in zip(x, shares, strict=True))}.",
+        )
+    ax.set(xlabel="gap between the foremost corner and the riser [mm]", ylabel="jumps that climb [%]", ylim=(-3, 105))
+    legend_below(ax, ncols=len(chances))
+    return figure
+
+
+def easier(first: np.ndarray, second: np.ndarray, alike: float = 0.1) -> str:
+    """Say in which world jumps climb more often, from the shares of the plane and of the tumbling world, see ``climb_chances``."""
+    apart = float((second - first).mean())
+    return "about alike" if abs(apart) <= alike else "in the tumbling world" if apart > 0 else "in the plane"
+
+
+def rolled_jump(magnitude: float = 500.0, angle: float = 70.0) -> Jump:
+    """Return a jump of the tumbling world that ends turned and aside: the first of a row of seeds."""
+    world = TumblingWorld()
+    for seed in range(100):
+        world.reset()
+        jump = world.jump(magnitude, angle, np.random.default_rng(seed), trajectory=True)
+        if jump.on_map and abs(jump.end[0]) > CUBE_EDGE / 2 and abs(yaw_of(*jump.end[3:7])) > 10:
+            return jump
+    raise RuntimeError(f"None of 100 jumps with {magnitude:g} N at {angle:g} degrees ends turned and aside.")
+
+
+def draw_rolled_jump(jump: Jump, moments: int = 14) -> Figure:
+    """Draw a jump of the tumbling world from the side and from above, with the cube at some moments.
+
+    Parameters
+    ----------
+    jump : Jump
+        With its trajectory.
+    moments : int
+        How often the cube is drawn: at equal distances along its path.
+    """
+    path = jump.trajectory
+    assert path is not None
+    assert path.x is not None
+    assert path.quaternions is not None
+    places, turns = np.column_stack([path.x, path.y, path.z]), path.quaternions
+    along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
+    at = np.unique(np.searchsorted(along, np.linspace(0, along[-1], moments)))
+    yaw, stairs = yaw_of(*jump.end[3:7]), Staircase()
+    figure, axes = new_figure(
+        f"A jump with {jump.magnitude:g} N at {jump.angle:g} degrees, from the side and from above: it ends {abs(jump.end[0]):.2f} m "
+        f"aside, turned by {abs(yaw):.0f} degrees.",
+        panels=2,
+        columns=1,
+        size=(6.8, 5.6),
+    )
+    right, top = max(path.y.max(), stairs.risers[1]) + 0.3, path.z.max() + 0.15
+    draw_stairs(axes[0], stairs, top, right)
+    for riser in stairs.risers:
+        axes[1].axvline(riser, color=STAIRS, linewidth=3, zorder=0)
+    for ax, across in zip(axes, (2, 0), strict=True):
+        ax.plot(places[:, 1], places[:, across], color=PATH, linewidth=1.2, zorder=3)
+        for moment in at:
+            corners = places[moment] + _corners(turns[moment])
+            last = moment == at[-1]
+            outline = corners[:, [1, across]][ConvexHull(corners[:, [1, across]]).vertices]
+            ax.add_patch(
+                Polygon(outline, facecolor=CUBE, edgecolor=INK, alpha=0.95 if last else 0.35, linewidth=1, zorder=4)
+            )
+        ax.set(xlim=(0, right), aspect="equal", xlabel="y [m]")
+    half = max(0.2, abs(places[:, 0]).max() + 0.12)
+    axes[0].set(ylim=(-0.05, top), ylabel="z [m]")
+    axes[1].set(ylim=(-half, half), ylabel="x [m]")
+    for ax, view in zip(axes, ("from the side", "from above: the plane has no x"), strict=True):
+        ax.set_title(view, fontsize=10)
+    return figure
+
+
+def _corners(quaternion: np.ndarray) -> np.ndarray:
+    """Return the corners of a cube about its centre, shape (8, 3) [m]."""
+    x, y, z, w = quaternion
+    rotation = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    return CUBE_EDGE / 2 * np.array(list(itertools.product((-1, 1), repeat=3))) @ rotation.T
+
+
+# The study in three dimensions
+
+
+def controls(*studies: StudyResults) -> pd.DataFrame:
+    """Say what a study must show before its verdicts count, and what it shows: SAC, the authors' own set, and the search.
+
+    Parameters
+    ----------
+    *studies : StudyResults
+        Studies of one world; the first one is that whose verdicts are asked for.
+
+    Returns
+    -------
+    pandas.DataFrame
+        "control", what it "should be", and what it "is".
+    """
+    main, rows = studies[0], []
+    if "sac" in main.methods:
+        highest = main.curves("sac").to_numpy().max()
+        rows.append(
+            (
+                "SAC, which may use every motion",
+                "near 15, as in the paper",
+                f"middle half {main.iqm_score('sac')}, mean {main.scores('sac').mean():.1f}, highest evaluation {highest:.1f} "
+                f"({_seeds(len(main.scores('sac')))})",
+            )
+        )
+    for study in studies:
+        if "authors" in study.methods:
+            how = "with their settings" if study.description["settings"]["as_published"] else "with our settings"
+            found = estimate(np.mean, study.scores("authors"))
+            words = f"mean {found} ({_seeds(len(study.scores('authors')))})"
+            rows.append((f"the authors' own 17 motions, {how}", "about 5.5, as in their engine", words))
+    for method in SETS:
+        runs = main.runs[main.runs["method"] == method] if method in main.methods else main.runs.iloc[:0]
+        best = runs["best_return"].dropna()
+        if len(best):
+            words = f"{best.mean():.1f} on average, where DQN scores {runs['score'].mean():.1f} ({_seeds(len(best))})"
+            rows.append((f"what a search finds that {method} sets allow", "well above what DQN gets from them", words))
+    return pd.DataFrame(rows, columns=["control", "should be", "is"])
+
+
+def studies_of(world: str) -> list[StudyResults]:
+    """Return the studies that come with the package and were made in a world, the main one first."""
+    parts = sorted(published_studies(), key=lambda part: (part not in MAIN_PARTS, part))
+    found = [load_published_study(part) for part in parts]
+    return [study for study in found if study.description["settings"]["world"] == world]
+
+
+def how_the_order_turns(
+    plane: StudyResults, tumbling: StudyResults, first: str = "effect", second: str = "uniform"
+) -> str:
+    """Say in words whether the order of two methods turns between two worlds.
+
+    Parameters
+    ----------
+    plane, tumbling : StudyResults
+        The two studies.
+    first, second : str
+        The methods.
+
+    Returns
+    -------
+    str
+    """
+    now = tumbling.difference(first, second)
+    if not {first, second} <= set(plane.methods):
+        return f"{first} − {second}: not made in the plane, {now} in three dimensions."
+    before = plane.difference(first, second)
+    said = verdict(now, (0.0, math.inf) if before.value < 0 else (-math.inf, 0.0))
+    ends = {
+        SUPPORTED: "the order turns",
+        CONTRADICTED: "the order stays",
+        UNDECIDED: "the order of the plane is gone" if now.value * before.value < 0 else "the order of the plane stays",
+    }[said]
+    sure = "the interval leaves out 0"
+    if said == UNDECIDED:
+        sure = "five seeds or fewer have no interval" if np.isnan(now.low) else "but the interval includes 0: undecided"
+    return f"{first} − {second}: {before} in the plane, {now} in three dimensions; {ends} ({sure})."
 
 
 # What all of them use

@@ -42,8 +42,8 @@ def probability_of_improvement(first, second):
 
 def judge_claim(interval, region):
     if region[0] < interval[0] and interval[1] < region[1]:
-        return "holds"
-    return "holds not" if interval[1] < region[0] or region[1] < interval[0] else "not decided"
+        return "supported"
+    return "contradicted" if interval[1] < region[0] or region[1] < interval[0] else "undecided"
 
 
 @pytest.mark.parametrize(
@@ -178,18 +178,21 @@ def test_mistakes_with_the_probability_of_improvement_are_recognised(mistake, wo
 
 
 def by_middle(interval, region):
-    return "holds" if region[0] < sum(interval) / 2 < region[1] else "holds not"
+    return "supported" if region[0] < sum(interval) / 2 < region[1] else "contradicted"
 
 
 @pytest.mark.parametrize(
     ("mistake", "words"),
     [
         (by_middle, "the middle of the interval"),
-        (lambda i, r: "holds" if judge_claim(i, r) == "holds" else "holds not", "call refuted what is not decided"),
-        (lambda i, r: "holds not" if judge_claim(i, r) == "holds not" else "holds", "only touch"),
-        (lambda i, r: "not decided" if i[0] < 0 < i[1] else by_middle(i, r), "whether the interval holds 0"),
         (
-            lambda i, r: "holds" if math.isfinite(r[0] + r[1]) and i[0] < 0 < i[1] else judge_claim(i, r),
+            lambda i, r: "supported" if judge_claim(i, r) == "supported" else "contradicted",
+            "call contradicted what is undecided",
+        ),
+        (lambda i, r: "contradicted" if judge_claim(i, r) == "contradicted" else "supported", "only touch"),
+        (lambda i, r: "undecided" if i[0] < 0 < i[1] else by_middle(i, r), "whether the interval holds 0"),
+        (
+            lambda i, r: "supported" if math.isfinite(r[0] + r[1]) and i[0] < 0 < i[1] else judge_claim(i, r),
             "proof that two things are alike",
         ),
     ],

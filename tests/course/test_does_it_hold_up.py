@@ -1,17 +1,23 @@
-"""Lesson 10: what its pictures show, at their defaults and at the edges of their controls, and that its small models are right."""
+"""Lesson 10: what its pictures show, at their defaults and at the edges of their controls, that its small models are right, and that
+what it says of the plane is so.
+"""
 
+import dataclasses
+import html
 import math
 
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial.transform import Rotation
 from scipy.stats import trim_mean
 
-from stairlab import Staircase, StairWorld, alt_text, load_published_study, paper_claims, sample_motions
+from stairlab import Staircase, StairWorld, alt_text, load_published_study
 from stairlab.course import does_it_hold_up as lesson
 from stairlab.course import explore
 from stairlab.estimates import Estimate, estimate
-from stairlab.fidelity import riser_gaps
+from stairlab.tumbling import TumblingWorld
+from stairlab.world import yaw_of
 
 
 @pytest.fixture(scope="module")
@@ -24,6 +30,41 @@ def texts(figure):
     words = [text.get_text() for ax in figure.axes for text in (*ax.texts, ax.title, ax.xaxis.label, ax.yaxis.label)]
     words += [ax.get_title(loc) for ax in figure.axes for loc in ("left", "right")]
     return " ".join(words + [tick.get_text() for ax in figure.axes for tick in ax.get_yticklabels()])
+
+
+# How sure the reader is
+
+
+def test_how_sure_the_reader_is_is_recorded_once_and_in_order():
+    lesson.how_sure("First step.", percent=80)
+    asked = lesson.how_sure("Second step.")
+    assert "Second step." not in set(lesson.my_certainty()["when"])
+    asked.commit("35.5")
+    assert asked.commit(90).startswith("35.5 %")
+    assert lesson.my_certainty().tail(2).to_numpy().tolist() == [["First step.", 80], ["Second step.", 35.5]]
+
+
+@pytest.mark.parametrize("percent", [-1, 101, "much", None, float("nan")])
+def test_what_is_no_percentage_is_refused(percent):
+    with pytest.raises(ValueError, match="from 0 to 100"):
+        lesson.Certainty("A step.").commit(percent)
+
+
+def test_how_sure_is_asked_with_a_field_and_without_a_kernel_in_words():
+    asked = lesson.Certainty("A step & more.")
+    shown = asked._repr_mimebundle_()
+    assert "A step &amp; more." in shown["text/html"]
+    assert lesson.STATEMENT in shown["text/plain"]
+    question, field, button, reply = asked.widget().children
+    assert html.escape(lesson.STATEMENT) in question.value
+    field.value = "many"
+    button.click()
+    assert "from 0 to 100" in reply.value
+    assert not field.disabled
+    field.value = "60"
+    button.click()
+    assert (asked.percent, field.disabled) == (60, True)
+    assert "60 %" in asked._repr_mimebundle_()["text/plain"]
 
 
 # Some of the seeds
@@ -139,15 +180,6 @@ def test_the_middle_half_is_half_of_the_runs(study):
     assert f"interquartile mean {trim_mean(scores, 0.25):.2f}" in alt_text(figure)
 
 
-def test_one_run_moves_the_mean_and_hardly_the_middle_half(study):
-    figure = lesson.draw_outlier(study.scores("random"), "random")
-    mean, median, middle = (line.get_ydata() for line in figure.axes[0].lines)
-    assert np.ptp(mean) == pytest.approx(15 / 20, abs=1e-4)
-    assert np.ptp(middle) < 0.3
-    assert np.ptp(median) < 0.5
-    assert "mean by 0.75" in alt_text(figure)
-
-
 def test_a_resample_is_counted():
     scores = np.array([1.0, 2.0, 6.0])
     figure = lesson.draw_resample(scores, np.array([0, 0, 2]))
@@ -176,13 +208,13 @@ def test_intervals_hold_the_truth_as_often_as_they_say_only_with_many_seeds():
 @pytest.mark.parametrize(
     ("found", "region", "said"),
     [
-        (Estimate(1, 0.5, 2), (0, math.inf), "holds"),
-        (Estimate(-1, -2, -0.5), (0, math.inf), "holds not"),
-        (Estimate(0, -1, 1), (0, math.inf), "not decided"),
-        (Estimate(0, -0.5, 0.5), (-1, 1), "holds"),
-        (Estimate(0, -3, 3), (-1, 1), "not decided"),
-        (Estimate(4, 3, 5), (-1, 1), "holds not"),
-        (Estimate(4, math.nan, math.nan), (-1, 1), "not decided"),
+        (Estimate(1, 0.5, 2), (0, math.inf), "supported"),
+        (Estimate(-1, -2, -0.5), (0, math.inf), "contradicted"),
+        (Estimate(0, -1, 1), (0, math.inf), "undecided"),
+        (Estimate(0, -0.5, 0.5), (-1, 1), "supported"),
+        (Estimate(0, -3, 3), (-1, 1), "undecided"),
+        (Estimate(4, 3, 5), (-1, 1), "contradicted"),
+        (Estimate(4, math.nan, math.nan), (-1, 1), "undecided"),
     ],
 )
 def test_a_claim_is_judged_by_how_the_interval_lies_to_its_region(found, region, said):
@@ -192,22 +224,13 @@ def test_a_claim_is_judged_by_how_the_interval_lies_to_its_region(found, region,
 def test_intervals_are_drawn_with_their_verdicts():
     found = {"up": Estimate(1, 0.5, 2), "few": Estimate(1, math.nan, math.nan)}
     figure = lesson.draw_intervals(found, "difference [reward]", dict.fromkeys(found, (0.0, math.inf)))
-    assert "up 1.00 [0.50, 2.00], holds; few 1.00, not decided" in alt_text(figure)
-    assert "not decided" in texts(figure)
+    assert "up 1.00 [0.50, 2.00], supported; few 1.00, undecided" in alt_text(figure)
+    assert "undecided" in texts(figure)
 
 
 def test_intervals_can_be_drawn_without_regions_and_without_a_mark():
     figure = lesson.draw_intervals({"a": Estimate(3000, 2000, 4000)}, "steps", mark=None)
     assert "a 3,000 [2,000, 4,000]" in alt_text(figure)
-
-
-def test_the_drawn_claims_have_the_verdicts_of_the_table(study):
-    table = paper_claims(study)["verdict"].tolist()
-    drawn = [lesson.verdict(*one) for rows in lesson.claim_intervals(study).values() for one in rows.values()]
-    assert drawn[:5] == table[:5]  # means, maxima, "close"
-    assert drawn[7:] == table[5:8]  # convergence
-    assert set(drawn[5:7]) == {"holds", "not decided"}  # of the spreads, both are needed
-    assert "mean: effect above uniform" in alt_text(lesson.draw_claims(study))
 
 
 def test_pairs_are_counted_with_ties(study):
@@ -218,7 +241,7 @@ def test_pairs_are_counted_with_ties(study):
     )
 
 
-# Set size, trap, simulator
+# Set size, settings, trap
 
 
 def test_set_sizes_are_named(study):
@@ -238,29 +261,6 @@ def test_one_angle_is_drawn_alone():
     assert len(lesson.draw_gap_jumps(angles=[88]).axes) == 1
 
 
-def test_traps_lie_along_the_steepness_and_endless_ones_are_left_out():
-    traps = pd.DataFrame(
-        {"method": ["effect", "effect", "random"], "trap": [0.02, math.inf, 0.04], "steepest": [85.0, 60, 80]}
-    )
-    assert "of 2 sets" in alt_text(lesson.draw_steepness(traps))
-
-
-def test_a_change_of_traps_is_told_by_medians():
-    figure = lesson.draw_with_one_more([0.02, 0.03, 0.04], [0.004, 0.004, 0.005], ("before", "after"))
-    assert "before, median 30.0 mm; after, median 4.0 mm" in alt_text(figure)
-
-
-def test_gaps_are_told_by_shares():
-    stairs = Staircase()
-    gaps = {
-        "here": riser_gaps(sample_motions(StairWorld(stairs), 30, seed=0, progress=False), stairs),
-        "flush": np.zeros(4),
-    }
-    figure = lesson.draw_gap_shares(gaps, {"a": 0.004, "b": 0.02}, np.array([0.001, 0.01]))
-    assert "flush: 100 % nearer than a" in alt_text(figure)
-    assert "Of 2 stuck agents, 1 stand between" in alt_text(figure)
-
-
 def test_worlds_are_drawn_side_by_side(study):
     worlds = {"as recorded": study, "restitution 0": load_published_study("restitution-0")}
     figure = lesson.draw_worlds(worlds)
@@ -268,19 +268,187 @@ def test_worlds_are_drawn_side_by_side(study):
     assert "restitution 0, uniform: mean 1.0 of 4 seeds" in alt_text(figure)
 
 
+def test_worlds_with_scores_below_nought_are_drawn_whole(study):
+    runs = study.runs.assign(score=study.runs["score"] - 6)
+    figure = lesson.draw_worlds({"low": dataclasses.replace(study, runs=runs)})
+    assert figure.axes[0].get_xlim()[0] < runs["score"][runs["method"].isin(lesson.SETS)].min()
+
+
+# Jumps from treads
+
+
+def random_jumps(world, count=6):
+    rng = np.random.default_rng(1)
+    world.reset()
+    return [world.perform(rng.uniform((300, 55), (700, 89)), rng) for _ in range(count)]
+
+
+def test_a_table_of_treads_says_where_each_jump_began():
+    world = TumblingWorld(Staircase.fifteen())
+    rollouts = [random_jumps(world), random_jumps(world, 2)]
+    table = lesson.tread_table(rollouts)
+    assert table["rollout"].tolist() == [0] * 6 + [1] * 2
+    assert table.loc[0, ["level", "gap", "yaw", "aside"]].tolist() == pytest.approx([0, 0.3, 0, 0])
+    same_rollout = table["rollout"].diff() == 0
+    assert (table["level"] == table["end level"].shift())[same_rollout].all()
+    assert (table["gap"] == table["end gap"].shift())[same_rollout].all()
+    for jump, row in zip(rollouts[0], table.to_dict("records"), strict=False):
+        corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * 0.05
+        foremost = (Rotation.from_quat(jump.start[3:7]).apply(corners) + jump.start[:3])[:, 1].max()
+        assert row["gap"] == pytest.approx(0.6 + 0.4 * row["level"] - foremost)
+        assert row["climbs"] == (jump.on_map and jump.dz > 0.15)
+
+
+def test_a_climb_off_the_map_does_not_count():
+    (jump,) = random_jumps(StairWorld(Staircase.fifteen()), 1)
+    up = dataclasses.replace(jump, end=jump.start + np.array([0, 0.4, 0.3, 0, 0, 0, 0, 0]), on_map=True)
+    away = dataclasses.replace(up, on_map=False)
+    assert lesson.tread_table([[up], [away]])["climbs"].tolist() == [True, False]
+
+
+def test_resting_cubes_are_drawn_where_they_lie():
+    rest = pd.DataFrame({"gap": [0.01, 0.1], "yaw": [0.0, 45.0], "aside": [0.0, 0.2]})
+    figure = lesson.draw_resting({"here": rest, "there": rest}, shown=1)
+    assert "there: in the median 55 mm before it, turned by 22 degrees, 10 cm aside" in alt_text(figure)
+    (cube,) = figure.axes[0].patches
+    assert cube.get_xy().max(axis=0) == pytest.approx([-0.01, 0.05])
+    turned = lesson.draw_resting({"turned": rest[1:]}).axes[0].patches[0].get_xy()
+    assert turned.max(axis=0) == pytest.approx([-0.1, 0.2 + 0.05 * 2**0.5])
+
+
+def test_gaps_on_treads_are_told_beside_the_engines():
+    figure = lesson.draw_tread_gaps({"plane": np.array([0.001, 0.002, 0.01, 0.2])})
+    assert "plane: 75 % within 30 mm, median 6 mm" in alt_text(figure)
+    assert "engine: median 71 mm" in alt_text(figure)
+
+
+@pytest.mark.parametrize("world", [StairWorld(Staircase.fifteen()), TumblingWorld(Staircase.fifteen())])
+def test_nothing_climbs_from_the_trap_and_all_from_far_in_either_world(world):
+    near, far = lesson.climb_chances(world, [0.02, 0.25], 12)
+    assert (near, far) == (0, 1)
+    assert list(world.state) == list(world.start)
+
+
+def test_a_turned_cube_climbs_from_its_foremost_corner_on():
+    world = TumblingWorld(Staircase.fifteen())
+    assert lesson.climb_chances(world, [0.02, 0.25], 12, yaw=30).tolist() == [0, 1]
+    with pytest.raises(ValueError, match="rotates about x"):
+        lesson.climb_chances(StairWorld(Staircase.fifteen()), [0.02], 1, yaw=30)
+
+
+def test_chances_are_drawn_and_compared():
+    figure = lesson.draw_climb_chances([0.01, 0.1], {"a": np.array([0.0, 0.5]), "b": np.array([0.0, 1.0])}, 20)
+    assert "a: 10 mm 0 %, 100 mm 50 %" in alt_text(figure)
+    assert lesson.easier(np.array([0.1, 0.5]), np.array([0.1, 0.6])) == "about alike"
+    assert lesson.easier(np.array([0.1, 0.5]), np.array([0.5, 0.9])) == "in the tumbling world"
+    assert lesson.easier(np.array([0.9, 0.5]), np.array([0.5, 0.1])) == "in the plane"
+
+
+def test_the_jump_that_rolls_is_seen_from_above():
+    jump = lesson.rolled_jump()
+    assert abs(jump.end[0]) > 0.05
+    figure = lesson.draw_rolled_jump(jump)
+    assert f"turned by {abs(yaw_of(*jump.end[3:7])):.0f} degrees" in alt_text(figure)
+    side, above = figure.axes
+    assert len(side.patches) > len(above.patches) > 8  # the side has the stairs, too
+    with pytest.raises(RuntimeError, match="turned and aside"):
+        lesson.rolled_jump(60, 5)
+
+
+@pytest.mark.parametrize("quaternion", [(0, 0, 0, 1), (0.5, 0.1, -0.3, 0.8)])
+def test_corners_are_rotated_as_scipy_rotates_them(quaternion):
+    turn = Rotation.from_quat(quaternion)
+    ours = lesson._corners(turn.as_quat())
+    assert np.allclose(ours, turn.apply(lesson._corners(np.array([0, 0, 0, 1.0]))))
+
+
+# The study in three dimensions: here the plane's, under another name
+
+
+def in_three_dimensions(study, shift=0.0, **settings):
+    """Return a study as if it had been made in the tumbling world, with other scores of the effect-based sets."""
+    runs = study.runs.assign(score=study.runs["score"] + shift * (study.runs["method"] == "effect"))
+    description = study.description | {"settings": study.description["settings"] | {"world": "tumbling"} | settings}
+    return dataclasses.replace(study, runs=runs, description=description)
+
+
+@pytest.mark.parametrize(
+    ("shift", "words"),
+    [
+        (12, "the order turns (the interval leaves out 0)"),
+        (0, "the order stays (the interval leaves out 0)"),
+        (6.5, "the order of the plane is gone (but the interval includes 0: undecided)"),
+        (5, "the order of the plane stays (but the interval includes 0: undecided)"),
+    ],
+)
+def test_whether_the_order_turns_is_read_off_the_interval(study, shift, words):
+    assert lesson.how_the_order_turns(study, in_three_dimensions(study, shift)).endswith(f"{words}.")
+
+
+def test_few_seeds_turn_no_order(study):
+    few = in_three_dimensions(study, 12).selected(["effect", "uniform"], range(5))
+    assert "five seeds or fewer have no interval" in lesson.how_the_order_turns(study, few)
+
+
+def test_a_set_that_the_plane_lacks_is_said_to_be_lacking(study):
+    without = study.selected(["uniform"], range(20))
+    assert "not made in the plane" in lesson.how_the_order_turns(without, in_three_dimensions(study))
+
+
+def test_controls_name_sac_the_authors_set_and_the_search(study):
+    renamed = {
+        name: table.assign(method=table["method"].replace({"fixed": "authors"}))
+        for name in ("runs", "evaluations", "motions", "episodes")
+        for table in [getattr(study, name)]
+    }
+    own = in_three_dimensions(dataclasses.replace(study, **renamed))
+    table = lesson.controls(own, in_three_dimensions(own, as_published=True)).set_index("control")["is"]
+    assert "mean 7.2, highest evaluation 14.0 (5 seeds)" in table["SAC, which may use every motion"]
+    assert table["the authors' own 17 motions, with our settings"].startswith(
+        f"mean {own.scores('authors').mean():.1f} ["
+    )
+    assert "the authors' own 17 motions, with their settings" in table
+    assert f"DQN scores {own.scores('effect').mean():.1f}" in table["what a search finds that effect sets allow"]
+
+
+def test_what_was_not_searched_and_not_made_is_no_control(study):
+    part = study.selected(["effect", "uniform"], range(20))
+    runs = part.runs.assign(best_return=np.nan)
+    assert lesson.controls(in_three_dimensions(dataclasses.replace(part, runs=runs))).empty
+
+
+def test_studies_are_found_by_their_world():
+    plane = lesson.studies_of("plane")
+    assert len(plane) >= 4
+    assert plane[0].runs.equals(load_published_study("paper").runs)
+    assert {found.description["settings"]["world"] for found in plane} == {"plane"}
+    assert lesson.studies_of("tumbling")[0].methods[0] == "effect"
+
+
+# What the lesson states of the plane
+
+
 def test_the_numbers_that_the_lesson_states_are_so(study):
     effect, uniform, random = (study.scores(method) for method in lesson.SETS)
     assert f"{effect.mean():.1f}" == "3.3"
     assert sorted(random)[-2:] == pytest.approx([5, 15], abs=0.01)
     assert (abs(uniform - 4) < 0.01).sum() == 8
-    needed = (2.8 / (effect.mean() - random.mean())) ** 2 * (effect.var(ddof=1) + random.var(ddof=1))
-    assert 400 < needed < 500
-    assert paper_claims(study)["verdict"].value_counts().to_dict() == {"not decided": 8, "holds not": 6, "holds": 1}
-    stuck = study.ends().query("method == 'effect' and end == 'stuck'")["to riser"]
-    assert (len(stuck), stuck.median()) == (11, pytest.approx(0.007, abs=0.0005))
-    assert not load_published_study("restitution-0").scores("uniform").max() > uniform.min()
-    beyond = load_published_study("beyond").difference("along-stairs", "uniform")
-    assert beyond.low < 0 < beyond.high
+    assert 5.5 < uniform.mean() - effect.mean() < 6.5
+    rng = np.random.default_rng(4)
+    first, second = (lesson.means_of_draws(scores, 4, 10_000, rng) for scores in (effect, uniform))
+    assert (first > second).mean() < 1 / 200
+    assert study.difference("uniform-matched", "effect").low > 0
+    assert load_published_study("beyond").difference("uniform", "effect").low > 0
+    flush, bouncing = (load_published_study(f"restitution-{value}") for value in ("0", "0.1"))
+    assert flush.scores("uniform").mean() < min(flush.scores(method).mean() for method in ("effect", "random"))
+    assert bouncing.scores("uniform").mean() > max(bouncing.scores(method).mean() for method in ("effect", "random"))
+    assert study.scores("sac").mean() == pytest.approx(7.2, abs=0.05)
+
+
+def test_the_widths_of_intervals_that_the_lesson_states_are_so(study):
+    shares = {method: lesson.coverage(study.scores(method), [4], 600, 599)[0] for method in lesson.SETS}
+    assert min(shares.values()) > 0.6
+    assert max(shares.values()) < 0.85
 
 
 def test_evaluations_make_an_interval_half_as_wide_as_seeds_and_decide_what_they_should_not(study):
