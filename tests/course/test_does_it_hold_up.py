@@ -375,10 +375,9 @@ def in_three_dimensions(study, shift=0.0, **settings):
 @pytest.mark.parametrize(
     ("shift", "words"),
     [
-        (12, "the order turns (the interval leaves out 0)"),
-        (0, "the order stays (the interval leaves out 0)"),
-        (6.5, "the order of the plane is gone (but the interval includes 0: undecided)"),
-        (5, "the order of the plane stays (but the interval includes 0: undecided)"),
+        (12, "the order turns"),
+        (0, "the order stays"),
+        (6.5, "undecided in three dimensions"),
     ],
 )
 def test_whether_the_order_turns_is_read_off_the_interval(study, shift, words):
@@ -388,6 +387,15 @@ def test_whether_the_order_turns_is_read_off_the_interval(study, shift, words):
 def test_few_seeds_turn_no_order(study):
     few = in_three_dimensions(study, 12).selected(["effect", "uniform"], range(5))
     assert "five seeds or fewer have no interval" in lesson.how_the_order_turns(study, few)
+
+
+def test_what_the_plane_left_open_does_not_turn(study):
+    assert "undecided in the plane, effect is ahead" in lesson.how_the_order_turns(
+        study, in_three_dimensions(study, 5), "effect", "random"
+    )
+    assert "undecided in the plane, random is ahead" in lesson.how_the_order_turns(
+        study, in_three_dimensions(study, -5), "effect", "random"
+    )
 
 
 def test_a_set_that_the_plane_lacks_is_said_to_be_lacking(study):
