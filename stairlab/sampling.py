@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from stairlab._files import read_table, write_whole
 from stairlab._validation import Seed, finite_array, one_of, read_only, seed_sequence, whole_number
-from stairlab.world import FEATURES, StairWorld, World, check_world
+from stairlab.world import FEATURES, CubeWorld, StairWorld, World, check_world
 
 DISTRIBUTIONS = ("uniform", "gaussian", "grid")
 CHUNK = 50
@@ -160,14 +160,14 @@ class Samples:
         write_whole(path, lambda file: frame.to_csv(file, lineterminator="\n"))
 
     @classmethod
-    def from_csv(cls, path: str | os.PathLike[str], world: StairWorld | None = None) -> Samples:
+    def from_csv(cls, path: str | os.PathLike[str], world: CubeWorld | None = None) -> Samples:
         """Read a file with the published columns; others, such as a row number, are ignored.
 
         Parameters
         ----------
         path : str or path-like
             The file.
-        world : StairWorld, optional
+        world : CubeWorld, optional
             The world whose stairs give d_obs, which is not among the published columns; four steps by default.
 
         Returns

@@ -123,23 +123,36 @@ def test_the_gap_is_measured_from_the_front_of_the_cube_to_the_riser_of_its_trea
     np.testing.assert_allclose(riser_gaps(samples), [0.002, 0.05, 0.0], atol=1e-12)
 
 
-def test_the_summary_has_the_five_figures_as_json(own):
+FIGURES = ["n", "agreement", "dy_error_median_mm", "dy_error_p90_mm", "gap_ks"]
+CLIMBING = ["agreement_se", "n_climbing", "agreement_climbing", "agreement_climbing_se", "climbing"]
+
+
+def test_the_summary_has_the_figures_as_json(own):
     summary = measure(own).summary()
-    assert list(summary) == ["n", "agreement", "dy_error_median_mm", "dy_error_p90_mm", "gap_ks"]
-    assert json.loads(json.dumps(summary)) == summary == {**dict.fromkeys(summary, 0.0), "n": 60, "agreement": 1.0}
+    assert list(summary) == FIGURES + CLIMBING
+    assert json.loads(json.dumps(summary)) == summary
+    assert {name: summary[name] for name in FIGURES} == {**dict.fromkeys(FIGURES, 0.0), "n": 60, "agreement": 1.0}
+    assert summary["agreement_climbing"] == 1
+    assert summary["climbing"]["n_recorded"] == summary["climbing"]["n_replayed"] == summary["n_climbing"] > 5
+    assert summary["climbing"]["gap_m"]["recorded"] == summary["climbing"]["gap_m"]["replayed"]
     assert type(summary["agreement"]) is float
 
 
 def test_a_figure_that_no_jump_counts_for_is_null_in_the_summary(own):
     fidelity = measure(own[~own.on_map])
     assert math.isnan(fidelity.gap_ks)
-    assert fidelity.summary() == {
+    summary = fidelity.summary()
+    assert {name: summary[name] for name in FIGURES} == {
         "n": int((~own.on_map).sum()),
         "agreement": 1.0,
         "dy_error_median_mm": None,
         "dy_error_p90_mm": None,
         "gap_ks": None,
     }
+    assert summary["n_climbing"] == 0
+    assert summary["agreement_climbing"] is summary["agreement_climbing_se"] is None
+    assert summary["climbing"]["aside_m"] == {"ks": None, "recorded": [None] * 5, "replayed": [None] * 5}
+    assert summary["climbing"]["share_turned"] == {"recorded": None, "replayed": None}
 
 
 def test_the_world_stays_in_its_state(own, world):
@@ -163,7 +176,7 @@ def test_a_jump_that_cannot_be_replayed_is_named(own, world):
 def test_other_things_than_jumps_on_stairs_are_refused(own, tmp_path):
     with pytest.raises(TypeError, match="samples_or_path must be Samples or the path"):
         measure(own.motions)
-    with pytest.raises(TypeError, match="world must be a StairWorld"):
+    with pytest.raises(TypeError, match="world must be a StairWorld or a TumblingWorld"):
         measure(own, PuckWorld())
     with pytest.raises(ValueError, match="samples_or_path must have the features"):
         measure(sample_motions(PuckWorld(), n=3, progress=False))
