@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from stairlab.physics import Staircase, Trajectory
     from stairlab.pipeline import Run, run_pipeline
     from stairlab.planning import Plan, best_return, jump_reward, jumps_to_climb, trap_width
+    from stairlab.plots import plot_jump_views
     from stairlab.prototypes import (
         Prototypes,
         Reliability,
@@ -110,6 +111,7 @@ _MODULES = {
         "plot_effect_distributions",
         "plot_feature_comparison",
         "plot_fidelity",
+        "plot_jump_views",
         "plot_prototype_counts",
         "plot_prototype_trajectories",
         "plot_prototypes",

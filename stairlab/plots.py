@@ -12,6 +12,8 @@ Three conventions hold for all of them.
 
 from __future__ import annotations
 
+import copy
+import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -21,9 +23,12 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Polygon
+from matplotlib.patches import Polygon, Rectangle
 from matplotlib.ticker import MaxNLocator, PercentFormatter
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
 
+from stairlab._validation import finite_number
 from stairlab.drawing import (
     COLORS,
     CUBE,
@@ -33,6 +38,7 @@ from stairlab.drawing import (
     OFF_MAP,
     PATH,
     STAIRS,
+    Picture,
     expect,
     figure_legend,
     finish,
@@ -42,10 +48,11 @@ from stairlab.drawing import (
 )
 from stairlab.effects import OFF_THE_MAP, EffectClasses
 from stairlab.fidelity import Fidelity
-from stairlab.physics import CUBE_EDGE, NO_RISER, Staircase
+from stairlab.physics import CUBE_EDGE, NO_RISER, Staircase, Trajectory
 from stairlab.prototypes import Prototypes
 from stairlab.sampling import Samples
-from stairlab.world import FEATURES, Jump, StairWorld
+from stairlab.tumbling import HALF_WIDTH
+from stairlab.world import FEATURES, CubeWorld, Jump, yaw_of
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p")
 """ Markers of classes 1 to 10: told apart without colours """
@@ -54,6 +61,14 @@ BIN = 0.02
 """ Width of a bin in the distributions of effects [m] """
 SEEN_AHEAD = 2.5
 """ Where the last tread is longer, this much of it is drawn [m] """
+CORNERS = CUBE_EDGE / 2 * np.array(list(itertools.product((-1, 1), repeat=3)))
+""" The cube's eight corners, seen from its centre, before it turns; x, y, z [m] """
+SIDE, ABOVE = (1, 2), (1, 0)
+""" The axes that are seen from the side, y and z, and from above, y and x """
+LONGEST_VIEW = 3.0
+""" Of stairs longer than this, a jump's two views show what is around the jump [m] """
+SEEN_ASIDE = 0.3
+""" A view from above shows at least this much to both sides of a jump [m] """
 UNITS = {"magnitude": "N", "angle": "°"}
 SET_NAMES = {
     "effect": "effect classes, ξ for each",
@@ -123,13 +138,16 @@ def class_names(classes: EffectClasses) -> dict[int, str]:
 # Figure 1: the world
 
 
-def plot_world(world_or_jump: StairWorld | Jump, staircase: Staircase | None = None, ax: Axes | None = None) -> Figure:
-    """Draw the stairs and the cube: where a world has it now, or a jump from start to end (figure 1).
+def plot_world(world_or_jump: CubeWorld | Jump, staircase: Staircase | None = None, ax: Axes | None = None) -> Figure:
+    """Draw the stairs and the cube from the side: where a world has it now, or a jump from start to end (figure 1).
+
+    ``plot_jump_views`` shows a jump from above, too.
 
     Parameters
     ----------
-    world_or_jump : StairWorld or Jump
-        For the path, make the jump with ``trajectory=True``; without one only start and end are drawn.
+    world_or_jump : CubeWorld or Jump
+        In the plane or in three dimensions. For the path, make the jump with ``trajectory=True``; without one only start and end are
+        drawn.
     staircase : Staircase, optional
         The stairs that a jump was made on; four steps by default. A world knows its own.
     ax : matplotlib Axes, optional
@@ -139,27 +157,37 @@ def plot_world(world_or_jump: StairWorld | Jump, staircase: Staircase | None = N
     -------
     matplotlib Figure
     """
-    shown = expect("world_or_jump", world_or_jump, (StairWorld, Jump))
-    stairs = shown.staircase if isinstance(shown, StairWorld) else staircase or Staircase()
+    shown = expect("world_or_jump", world_or_jump, (CubeWorld, Jump))
+    stairs = shown.staircase if isinstance(shown, CubeWorld) else staircase or Staircase()
     (ax,) = make_axes(ax, 1, (7.6, 5.0))
-    states = [shown.state] if isinstance(shown, StairWorld) else [shown.start, shown.end]
+    states = [shown.state] if isinstance(shown, CubeWorld) else [shown.start, shown.end]
     top = max(stairs.top + 0.35, *(float(state[2]) + 0.2 for state in states))
     if isinstance(shown, Jump) and shown.trajectory is not None:
         top = max(top, float(shown.trajectory.z.max()) + 0.15)
     draw_stairs(ax, stairs, top, max(float(state[1]) for state in states))
-    if isinstance(shown, StairWorld):
+    if isinstance(shown, CubeWorld):
         draw_cube(ax, *pose(states[0]))
         _draw_d_obs(ax, states[0])
         return finish(ax, f"Side view of {stairs.n_steps} steps and the cube at {_place(states[0])}.")
     _draw_jump(ax, shown)
-    motion = f"{shown.magnitude:.0f} N at {shown.angle:.0f}°"
-    effect = f"Δy = {_signed(shown.dy)} m, Δz = {_signed(shown.dz)} m"
+    motion, effect = _motion_words(shown), _effect_words(shown)
     ax.set_title(f"motion: {motion}        effect: {effect}", fontsize=10, loc="left")
     return finish(
         ax,
         f"Side view of {stairs.n_steps} steps. The cube starts at {_place(states[0])}, is pushed with {motion}, and comes to rest at "
         f"{_place(states[1])}: {effect}.",
     )
+
+
+def _motion_words(jump: Jump) -> str:
+    return f"{jump.magnitude:.0f} N at {jump.angle:.0f}°"
+
+
+def _effect_words(jump: Jump) -> str:
+    """Say what a jump did, such as "Δy = +1.10 m, Δz = +0.60 m"; with Δx where it shows."""
+    words = f"Δy = {_signed(jump.dy)} m, Δz = {_signed(jump.dz)} m"
+    aside = _signed(float(jump.effect[0]))
+    return words if aside == "0.00" else f"Δx = {aside} m, {words}"
 
 
 def _signed(value: float) -> str:
@@ -171,9 +199,16 @@ def _place(state: np.ndarray) -> str:
     return f"y = {state[1]:.2f} m, z = {state[2]:.2f} m"
 
 
-def pose(state: np.ndarray) -> tuple[float, float, float]:
-    """Return y, z [m] and rotation [rad] of a state."""
-    return float(state[1]), float(state[2]), 2 * math.atan2(state[3], state[6])
+def pose(state: np.ndarray) -> tuple[float, float, float | np.ndarray]:
+    """Return how a state is seen from the side: y, z [m], and rotation about the x-axis [rad], or a quaternion if that is not all."""
+    y, z = float(state[1]), float(state[2])
+    return y, z, np.array(state[3:7]) if state[4] or state[5] else 2 * math.atan2(state[3], state[6])
+
+
+def pose_at(path: Trajectory, i: int) -> tuple[float, float, float | np.ndarray]:
+    """Return how entry ``i`` of a path is seen from the side, as ``pose`` has it."""
+    y, z = float(path.y[i]), float(path.z[i])
+    return y, z, float(path.rotation[i]) if path.quaternions is None else path.quaternions[i]
 
 
 def draw_stairs(ax: Axes, stairs: Staircase, top: float, right: float) -> None:
@@ -189,17 +224,55 @@ def draw_stairs(ax: Axes, stairs: Staircase, top: float, right: float) -> None:
     ax.spines[["top", "right"]].set_visible(False)
 
 
-def cube_corners(y: float, z: float, rotation: float) -> np.ndarray:
-    """Corners of the cube with its centre at ``y``, ``z`` [m], rotated by ``rotation`` [rad]; shape (4, 2)."""
+def cube_corners(y: float, z: float, rotation: float | np.ndarray) -> np.ndarray:
+    """Corners of the cube with its centre at ``y``, ``z`` [m], as it is seen from the side.
+
+    Parameters
+    ----------
+    y, z : float
+        Centre [m].
+    rotation : float or ndarray of shape (4,)
+        Rotation about the x-axis [rad], or a quaternion x, y, z, w.
+
+    Returns
+    -------
+    ndarray of shape (n, 2)
+        Four corners in the plane, up to six of a cube that is turned otherwise: its outline, counterclockwise.
+    """
+    if np.ndim(rotation) == 1:
+        return np.array([y, z]) + cube_outline(np.asarray(rotation), SIDE)
     turned = rotation + math.pi / 4 + math.pi / 2 * np.arange(4)
     reach = CUBE_EDGE / math.sqrt(2)
     return np.column_stack([y + reach * np.cos(turned), z + reach * np.sin(turned)])
 
 
-def draw_cube(ax: Axes, y: float, z: float, rotation: float, **style: Any) -> Polygon:
-    """Draw the cube with its centre at ``y``, ``z`` [m], rotated by ``rotation`` [rad]."""
-    look: dict[str, Any] = {"facecolor": CUBE, "edgecolor": INK, "linewidth": 1.0, "zorder": 4} | style
-    cube = Polygon(cube_corners(y, z, rotation), **look)
+def cube_outline(quaternion: np.ndarray, axes: tuple[int, int] = SIDE) -> np.ndarray:
+    """Return the outline of a turned cube about its centre: the convex hull of its eight corners, seen along the third axis.
+
+    Parameters
+    ----------
+    quaternion : ndarray of shape (4,)
+        Rotation x, y, z, w.
+    axes : tuple of two int
+        The axes that are seen, 0 to 2 for x to z: ``SIDE`` or ``ABOVE``.
+
+    Returns
+    -------
+    ndarray of shape (n, 2)
+        Four to six corners, counterclockwise [m].
+    """
+    corners = Rotation.from_quat(quaternion).apply(CORNERS)[:, axes]
+    return corners[ConvexHull(corners).vertices]
+
+
+def draw_cube(ax: Axes, y: float, z: float, rotation: float | np.ndarray, **style: Any) -> Polygon:
+    """Draw the cube with its centre at ``y``, ``z`` [m], seen from the side; its rotation is an angle [rad] or a quaternion."""
+    return _draw_outline(ax, cube_corners(y, z, rotation), style)
+
+
+def _draw_outline(ax: Axes, corners: np.ndarray, style: Mapping[str, Any]) -> Polygon:
+    look: dict[str, Any] = {"facecolor": CUBE, "edgecolor": INK, "linewidth": 1.0, "zorder": 4, **style}
+    cube = Polygon(corners, **look)
     ax.add_patch(cube)
     return cube
 
@@ -209,25 +282,29 @@ def _draw_jump(ax: Axes, jump: Jump) -> None:
         path = jump.trajectory
         ax.plot(path.y, path.z, color=PATH, linewidth=1.5, zorder=3, label="path of the centre")
         for i in _moments(path.y, path.z, 6):
-            draw_cube(ax, path.y[i], path.z[i], path.rotation[i], facecolor="none", edgecolor=FAINT, zorder=2)
+            draw_cube(ax, *pose_at(path, i), facecolor="none", edgecolor=FAINT, zorder=2)
     apart = abs(jump.end[1] - jump.start[1]) > 0.5 or abs(jump.end[2] - jump.start[2]) > CUBE_EDGE
     for state in (jump.start, jump.end):
         draw_cube(ax, *pose(state))
     for state in (jump.start, jump.end)[: 2 if apart else 1]:  # words that would lie on each other
         _draw_d_obs(ax, state)
-    y, z, _ = pose(jump.start)
-    length, angle = 0.1 + 0.25 * jump.magnitude / 1000, math.radians(jump.angle)
-    head = (y + length * math.cos(angle), z + length * math.sin(angle))
-    ax.annotate("", head, (y, z), arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.8}, zorder=6)
+    _draw_push(ax, jump)
     for words, state, side in (("start", jump.start, -1), ("end", jump.end, -1 if apart else 1)):
         where: dict[str, Any] = {"ha": "right" if side < 0 else "left", "va": "center", "fontsize": 9, "zorder": 7}
         ax.annotate(words, (state[1], state[2]), (14 * side, 0), textcoords="offset points", **where)
 
 
-def _moments(y: np.ndarray, z: np.ndarray, count: int) -> np.ndarray:
+def _draw_push(ax: Axes, jump: Jump) -> None:
+    y, z, _ = pose(jump.start)
+    length, angle = 0.1 + 0.25 * jump.magnitude / 1000, math.radians(jump.angle)
+    head = (y + length * math.cos(angle), z + length * math.sin(angle))
+    ax.annotate("", head, (y, z), arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.8}, zorder=6)
+
+
+def _moments(y: np.ndarray, z: np.ndarray, count: int) -> list[int]:
     """Return rows at equal distances along a path, its ends left out."""
     walked = np.append(0.0, np.hypot(np.diff(y), np.diff(z)).cumsum())
-    return np.searchsorted(walked, walked[-1] * np.arange(1, count + 1) / (count + 1))
+    return np.searchsorted(walked, walked[-1] * np.arange(1, count + 1) / (count + 1)).tolist()
 
 
 def _draw_d_obs(ax: Axes, state: np.ndarray) -> None:
@@ -240,6 +317,113 @@ def _draw_d_obs(ax: Axes, state: np.ndarray) -> None:
     ax.annotate("", (y + distance, height), (y, height), arrowprops=arrow)
     words = f"$d_\\mathrm{{obs}}$ = {distance:.2f} m"
     ax.text(y + distance / 2, height - 0.01, words, ha="center", va="top", fontsize=9, zorder=7)
+
+
+def plot_jump_views(
+    jump: Jump, staircase: Staircase | None = None, time: float | None = None, axes: Sequence[Axes] | None = None
+) -> Figure:
+    """Draw a jump from the side and, below, from above: its path, the cube on its way, and where it ends.
+
+    In the view from above the robot looks to the right, so that +x, its right hand, points down. Axes depend on the whole jump and
+    not on ``time``, so that the pictures of a film fit together.
+
+    Parameters
+    ----------
+    jump : Jump
+        In three dimensions or in the plane, with its path: made with ``trajectory=True``.
+    staircase : Staircase, optional
+        The stairs that it was made on; four steps by default.
+    time : float, optional
+        Draw it as it is so long after the push began [s]; by default the whole jump.
+    axes : sequence of two matplotlib Axes, optional
+        Where to draw, side and top; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Figure
+
+    Raises
+    ------
+    ValueError
+        If the jump has no path, or ``time`` is negative.
+    """
+    path, stairs = expect("jump", jump, Jump).trajectory, staircase or Staircase()
+    if path is None:
+        raise ValueError("jump must have its path: make it with world.jump(..., trajectory=True).")
+    last = len(path.time) - 1
+    now = last if time is None else min(int(np.searchsorted(path.time, finite_number("time", time, low=0))), last)
+    x = np.full(len(path.time), jump.start[0]) if path.x is None else path.x
+    side, above = _view_axes(axes, stairs, path, x)
+    done = time is None
+    draw_cube(side, *pose(jump.start), facecolor="none", linestyle=":", zorder=4)
+    draw_cube_from_above(above, x[0], jump.start[1], jump.start[3:7], facecolor="none", linestyle=":")
+    if done:
+        _draw_push(side, jump)
+    for i in _moments(path.y, path.z, 9) if done else ():
+        faint: dict[str, Any] = {"facecolor": "none", "edgecolor": FAINT, "zorder": 2}
+        draw_cube(side, *pose_at(path, i), **faint)
+        draw_cube_from_above(above, x[i], path.y[i], _quaternion_at(path, i), **faint)
+    for ax, seen in ((side, path.z), (above, x)):
+        ax.plot(path.y[: now + 1], seen[: now + 1], color=PATH, linewidth=1.5, zorder=3)
+    draw_cube(side, *pose_at(path, now), zorder=5)
+    draw_cube_from_above(above, x[now], path.y[now], _quaternion_at(path, now), zorder=5)
+    aside, turned = 100 * float(x[now] - x[0]), abs(yaw_of(*_quaternion_at(path, now)))
+    motion, effect = _motion_words(jump), _effect_words(jump)
+    title = f"motion: {motion}        effect: {effect}" if done else f"t = {1000 * path.time[now]:.0f} ms"
+    side.set_title(title, fontsize=10, loc="left")
+    where = f"{abs(aside):.0f} cm aside, turned by {turned:.0f}°"
+    above.set_title(f"from above: {where}", fontsize=10, loc="left")
+    when = f"comes to rest: {effect}" if done else f"is shown {path.time[now]:.3f} s after the push began"
+    return finish(
+        side,
+        f"A jump on {stairs.n_steps} steps, from the side and from above. The cube is pushed with {motion} and {when}. It is {where} "
+        "about the vertical.",
+    )
+
+
+def _view_axes(axes: Sequence[Axes] | None, stairs: Staircase, path: Trajectory, x: np.ndarray) -> list[Axes]:
+    """Return axes for the views from the side and from above, with the stairs: one scale, and y shared."""
+    right, top = float(path.y.max()), max(stairs.top + 0.35, float(path.z.max()) + 0.15)
+    window = (-0.1, max(stairs.end, right) + 0.25, -0.16, top)
+    if window[1] - window[0] > LONGEST_VIEW:  # long stairs: what is around the jump
+        window = (float(path.y.min()) - 0.6, right + 0.6, float(path.z.min()) - 0.45, float(path.z.max()) + 0.6)
+    low, high = float(x.min()) - SEEN_ASIDE, float(x.max()) + SEEN_ASIDE
+    if axes is None:
+        heights = (window[3] - window[2], high - low)
+        metre = min(6.8 / (window[1] - window[0]), 5.0 / sum(heights))
+        size = (max(5.0, metre * (window[1] - window[0]) + 0.8), metre * sum(heights) + 1.5)
+        figure = Picture(figsize=size, layout="constrained")
+        axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": heights}).tolist()
+    side, above = make_axes(axes, 2, (1, 1))
+    draw_stairs(side, stairs, top, right)
+    draw_stairs_from_above(above, stairs, *side.get_xlim())
+    side.set(xlim=window[:2], ylim=window[2:])
+    side.tick_params(labelbottom=True)
+    above.set(xlim=window[:2], ylim=(high, low))
+    return [side, above]
+
+
+def _quaternion_at(path: Trajectory, i: int) -> np.ndarray:
+    """Return the quaternion of entry ``i`` of a path, shape (4,)."""
+    if path.quaternions is not None:
+        return path.quaternions[i]
+    return np.array([math.sin(path.rotation[i] / 2), 0.0, 0.0, math.cos(path.rotation[i] / 2)])
+
+
+def draw_stairs_from_above(ax: Axes, stairs: Staircase, left: float, right: float) -> None:
+    """Draw the stairs from above, between y = ``left`` and ``right`` [m]: the higher, the lighter; x points down."""
+    levels = [(left, stairs.first_riser, 0.0), *stairs.treads.tolist(), (stairs.end, max(right, stairs.end), 0.0)]
+    for begin, end, height in levels:
+        shade = str(0.72 + 0.24 * height / stairs.top)
+        extent: dict[str, Any] = {"facecolor": shade, "edgecolor": INK, "linewidth": 0.6, "zorder": 1}
+        ax.add_patch(Rectangle((begin, -HALF_WIDTH), end - begin, 2 * HALF_WIDTH, **extent))
+    ax.set(xlim=(left, right), ylim=(SEEN_ASIDE, -SEEN_ASIDE), aspect="equal", xlabel="y [m]", ylabel="x [m]")
+    ax.spines[["top", "right"]].set_visible(False)
+
+
+def draw_cube_from_above(ax: Axes, x: float, y: float, quaternion: np.ndarray, **style: Any) -> Polygon:
+    """Draw the cube with its centre at ``x``, ``y`` [m], turned by a quaternion, seen from above; y to the right."""
+    return _draw_outline(ax, np.array([y, x]) + cube_outline(quaternion, ABOVE), style)
 
 
 # Figures 2 and 7: effect classes in motion space
@@ -436,7 +620,7 @@ def _describe_set(prototypes: Prototypes) -> str:
 
 
 def plot_prototype_trajectories(
-    world: StairWorld,
+    world: CubeWorld,
     prototypes: Prototypes,
     classes: EffectClasses,
     numbers: Sequence[int] | None = None,
@@ -449,8 +633,9 @@ def plot_prototype_trajectories(
 
     Parameters
     ----------
-    world : StairWorld
-        Where to perform them. Its state afterwards is what it was before.
+    world : CubeWorld
+        Where to perform them, without a generator: the tumbling world's cube rocks each time in the same way. Its state afterwards is
+        what it was before.
     prototypes : Prototypes
         A set with classes.
     classes : EffectClasses
@@ -464,7 +649,7 @@ def plot_prototype_trajectories(
     -------
     matplotlib Figure
     """
-    expect("world", world, StairWorld)
+    expect("world", world, CubeWorld)
     expect("classes", classes, EffectClasses)
     if expect("prototypes", prototypes, Prototypes).classes is None:
         raise ValueError(f"prototypes must have classes, but this set ({prototypes.method}) has none.")
@@ -497,14 +682,20 @@ def _climbing_classes(classes: EffectClasses) -> list[int]:
     return sorted(wanted or list(classes.numbers)[-2:])[:2]
 
 
-def _jumps_of(world: StairWorld, motions: np.ndarray) -> list[tuple[Jump, Any]]:
-    jumps = [
-        StairWorld(world.staircase).jump(magnitude, angle, trajectory=True) for magnitude, angle in motions.tolist()
-    ]
-    return [(jump, jump.trajectory) for jump in jumps]
+def _jumps_of(world: CubeWorld, motions: np.ndarray) -> list[tuple[Jump, Trajectory]]:
+    """Perform each motion from the start pose, in a copy of the world."""
+    own, jumps = copy.copy(world), []
+    for magnitude, angle in motions.tolist():
+        own.reset()
+        jump = own.jump(magnitude, angle, trajectory=True)
+        assert jump.trajectory is not None
+        jumps.append((jump, jump.trajectory))
+    return jumps
 
 
-def _draw_prototype_jump(ax: Axes, place: int, jump: Jump, path: Any, number: int, classes: EffectClasses) -> str:
+def _draw_prototype_jump(
+    ax: Axes, place: int, jump: Jump, path: Trajectory, number: int, classes: EffectClasses
+) -> str:
     effect = [jump.effect[classes.samples.effect_names.index(name)] for name in classes.features]
     reached = int(classes.nearest_mean(np.array([effect]))[0]) if jump.on_map else OFF_THE_MAP
     words = f"ends in $C_{{{reached}}}$" if reached else "ends off the map"

@@ -18,7 +18,7 @@ CLIMB = np.array([330.0, 68.0], dtype=np.float32)  # one step, from the start po
 
 
 def make(**options):
-    return gym.make("stairlab/UpTheStairs-v0", **options)
+    return gym.make("stairlab/UpTheStairs-v1", **{"world": "plane", **options})
 
 
 def rollout(env, seed, jumps=12):
@@ -278,3 +278,27 @@ def test_a_jump_that_is_never_over_climbs_from_nowhere(monkeypatch):
         assert trap_width(Staircase.fifteen(), [[500, 88]]) == np.inf
     finally:
         recall_or_fly.cache_clear()
+
+
+def test_a_frame_of_the_tumbling_world_shows_the_turned_cube():
+    """Seen from the side, a cube that is turned by 45 degrees is wider by a factor of the square root of 2."""
+
+    def width(yaw):
+        env = gym.make("stairlab/UpTheStairs-v1", n_steps=1, render_mode="rgb_array")
+        env.reset(seed=0)
+        world = env.unwrapped.world
+        world.reset(world.state_at(0.3, 0.05, yaw=yaw))
+        frame = env.render().astype(int)
+        cube = np.abs(frame - (64, 200, 192)).sum(axis=2) < 30
+        return np.ptp(np.flatnonzero(cube.any(axis=0)))
+
+    assert width(np.pi / 4) / width(0.0) == pytest.approx(np.sqrt(2), rel=0.2)
+
+
+def test_a_frame_of_the_tumbling_world_shows_the_last_path():
+    env = gym.make("stairlab/UpTheStairs-v1", render_mode="rgb_array")
+    env.reset(seed=0)
+    before = env.render()
+    env.step(CLIMB)
+    assert (env.render() != before).any()
+    assert np.abs(env.render().astype(int) - (192, 57, 43)).sum(axis=2).min() < 60

@@ -16,7 +16,8 @@ from stairlab.fidelity import measure_fidelity
 from stairlab.pipeline import Run
 from stairlab.prototypes import effect_prototypes, random_prototypes, uniform_prototypes
 from stairlab.sampling import sample_motions
-from stairlab.world import Staircase, StairWorld
+from stairlab.tumbling import TumblingWorld
+from stairlab.world import Jump, Staircase, StairWorld
 
 SETS = ("effect", "fixed", "random", "uniform")
 FIGURES = {
@@ -210,7 +211,7 @@ def trajectories(run: Run, name: str, numbers: list[int] | None = None) -> Figur
 @pytest.mark.parametrize(
     ("draw", "error", "message"),
     [
-        (lambda run: plots.plot_world("stairs"), TypeError, "world_or_jump must be StairWorld or Jump, not str"),
+        (lambda run: plots.plot_world("stairs"), TypeError, "world_or_jump must be CubeWorld or Jump, not str"),
         (lambda run: plots.plot_effect_classes(run.samples), TypeError, "classes must be EffectClasses, not Samples"),
         (lambda run: plots.plot_prototypes([], run.classes), ValueError, "sets must hold at least one"),
         (lambda run: plots.plot_prototypes([1], run.classes), TypeError, "sets must be Prototypes, not int"),
@@ -236,3 +237,116 @@ def test_one_prototype_for_each_of_twelve_classes_can_be_drawn() -> None:
     classes = EffectClasses.from_samples(small_run().samples, k_range=(12, 12))
     figure = plots.plot_prototypes(effect_prototypes(classes, fixed=1), classes)
     assert "12 prototypes" in drawing.alt_text(figure)
+
+
+# Three dimensions
+
+
+@pytest.fixture(scope="module")
+def rolled() -> Jump:
+    """A jump that ends three steps up, turned and aside."""
+    jump = TumblingWorld().jump(500, 70, np.random.default_rng(0), trajectory=True)
+    assert abs(jump.end[0]) > 0.1
+    return jump
+
+
+def corners_of(polygon) -> np.ndarray:
+    return polygon.get_xy()[:-1]
+
+
+def test_a_quaternion_about_x_has_the_outline_of_the_same_rotation_in_the_plane() -> None:
+    for rotation in (0.0, 0.3, 1.2, -2.0):
+        flat = plots.cube_corners(0.4, 0.9, rotation)
+        turned = plots.cube_corners(0.4, 0.9, np.array([np.sin(rotation / 2), 0, 0, np.cos(rotation / 2)]))
+        distances = np.linalg.norm(flat[:, None] - turned, axis=2)
+        assert distances.min(axis=1).max() < 1e-9
+        assert distances.min(axis=0).max() < 1e-9
+
+
+def test_a_cube_that_stands_on_a_corner_has_a_hexagon_as_outline() -> None:
+    rng = np.random.default_rng(0)
+    for quaternion in rng.standard_normal((20, 4)):
+        outline = plots.cube_outline(quaternion / np.linalg.norm(quaternion))
+        assert len(outline) == 6
+        np.testing.assert_allclose(
+            outline, -np.roll(outline, 3, axis=0), atol=1e-12
+        )  # it is symmetric about its centre
+        assert 0.05 - 1e-12 <= np.linalg.norm(outline, axis=1).min() <= np.linalg.norm(outline, axis=1).max() < 0.0867
+
+
+def test_a_turn_about_the_vertical_is_seen_from_above_and_widens_the_side(world) -> None:
+    quaternion = world.state_at(0.5, 0.05)[3:7] * 0 + [0, 0, np.sin(np.pi / 8), np.cos(np.pi / 8)]  # 45 degrees
+    assert np.ptp(plots.cube_outline(quaternion, plots.SIDE), axis=0) == pytest.approx([0.1 * np.sqrt(2), 0.1])
+    assert np.ptp(plots.cube_outline(quaternion, plots.ABOVE), axis=0) == pytest.approx([0.1 * np.sqrt(2)] * 2)
+
+
+def test_a_tumbling_jump_is_drawn_from_the_side_with_its_turned_cube(rolled) -> None:
+    figure = plots.plot_world(rolled)
+    assert "Δx = +0.12 m" in drawing.alt_text(figure)
+    (end,) = [
+        patch for patch in figure.axes[0].patches if corners_of(patch).mean(axis=0) == pytest.approx(rolled.end[1:3])
+    ]
+    assert np.ptp(corners_of(end)[:, 0]) == pytest.approx(
+        0.1 * (np.sin(np.radians(30)) + np.cos(np.radians(30))), abs=1e-3
+    )
+    world = TumblingWorld()
+    world.reset(rolled.end)
+    assert "the cube at y = 1.46 m, z = 0.95 m" in drawing.alt_text(plots.plot_world(world))
+
+
+def test_two_views_of_a_jump_show_how_far_it_went_aside_and_turned(rolled) -> None:
+    figure = plots.plot_jump_views(rolled)
+    side, above = figure.axes
+    assert (side.get_xlabel(), side.get_ylabel(), above.get_ylabel()) == ("y [m]", "z [m]", "x [m]")
+    assert (
+        "comes to rest: Δx = +0.12 m, Δy = +1.21 m, Δz = +0.90 m. It is 12 cm aside, turned by 30°"
+        in drawing.alt_text(figure)
+    )
+    np.testing.assert_array_equal(
+        above.lines[0].get_xydata(), np.column_stack([rolled.trajectory.y, rolled.trajectory.x])
+    )
+    np.testing.assert_allclose(corners_of(above.patches[-1]).mean(axis=0), rolled.end[[1, 0]], atol=1e-9)
+    assert above.get_ylim()[0] > above.get_ylim()[1]  # x points down, as the robot's right hand does
+    assert side.get_xlim() == above.get_xlim()
+
+
+def test_two_views_at_a_time_show_the_path_so_far_on_the_same_axes(rolled) -> None:
+    whole, early = plots.plot_jump_views(rolled), plots.plot_jump_views(rolled, time=0.3)
+    assert len(early.axes[1].lines[0].get_xdata()) == 301
+    assert [ax.axis() for ax in early.axes] == [ax.axis() for ax in whole.axes]
+    assert whole.get_size_inches().tolist() == early.get_size_inches().tolist()
+    assert "shown 0.300 s after the push" in drawing.alt_text(early)
+    assert "12 cm aside" in drawing.alt_text(plots.plot_jump_views(rolled, time=99.0))
+
+
+def test_two_views_of_a_jump_in_the_plane_stay_on_a_line(world) -> None:
+    figure = plots.plot_jump_views(world.jump(450, 65, trajectory=True))
+    assert set(figure.axes[1].lines[0].get_ydata()) == {0.0}
+    assert "0 cm aside, turned by 0°" in drawing.alt_text(figure)
+
+
+def test_two_views_on_long_stairs_show_what_is_around_the_jump() -> None:
+    world = TumblingWorld(Staircase.fifteen())
+    side, _ = plots.plot_jump_views(world.jump(338, 69, trajectory=True), world.staircase).axes
+    assert np.ptp(side.get_xlim()) < 3
+
+
+def test_two_views_can_be_drawn_into_axes_of_ones_own(rolled) -> None:
+    own = Figure()
+    assert plots.plot_jump_views(rolled, axes=own.subplots(2, 1)) is own
+
+
+def test_two_views_need_a_path_and_a_time_that_is_not_negative(rolled) -> None:
+    with pytest.raises(ValueError, match="jump must have its path"):
+        plots.plot_jump_views(StairWorld().jump(450, 65))
+    with pytest.raises(ValueError, match="time must be"):
+        plots.plot_jump_views(rolled, time=-1.0)
+
+
+def test_prototypes_are_performed_in_the_world_that_is_given() -> None:
+    run, world = small_run(), TumblingWorld()
+    figure = plots.plot_prototype_trajectories(world, run.prototypes["effect"], run.classes, [3])
+    motions = run.prototypes["effect"].of_class(3).tolist()
+    for line, motion in zip(figure.axes[0].lines, motions, strict=True):
+        world.reset()
+        np.testing.assert_array_equal(line.get_ydata(), world.jump(*motion, trajectory=True).trajectory.z)
