@@ -9,6 +9,7 @@ import pytest
 from stairlab.physics import Staircase
 from stairlab.planning import Plan, best_return, jump_reward, trap_width
 from stairlab.prototypes import Prototypes, random_prototypes, uniform_prototypes
+from stairlab.tumbling import TumblingWorld
 from stairlab.world import Jump, StairWorld
 
 SINGLE_STEP = [300.0, 70.0]  # gains one step from the start pose, and from wherever it lands
@@ -35,7 +36,7 @@ def best_of_all(seed):
     return brute_force(CLIMB, climbing_set(seed), CLIMB_JUMPS)
 
 
-def brute_force(staircase, motions, jumps):
+def brute_force(staircase, motions, jumps, kind=StairWorld):
     """Try every episode; return the best return in whole steps. Written apart from the planner, after equation 5."""
 
     def best_from(state, left):
@@ -43,7 +44,7 @@ def brute_force(staircase, motions, jumps):
             return 0
         returns = []
         for magnitude, angle in np.float32(motions).astype(float):
-            world = StairWorld(staircase)
+            world = kind(staircase)
             world.reset(state)
             jump = world.jump(magnitude, angle)
             reward = 1 if jump.dz > 0.05 else round(jump.dz / staircase.rise) if jump.dz < -0.05 else 0
@@ -281,3 +282,66 @@ def test_the_gaps_are_fine_enough_to_find_the_trap_of_straight_paths(angle, stra
 
 def test_paths_too_flat_for_the_widest_gap_are_trapped_everywhere(straight_paths):
     assert trap_width(Staircase.fifteen(), [[500.0, 44.0]]) == np.inf
+
+
+# In the tumbling world: the cube rocks in the same, fixed way before each jump
+
+
+@pytest.fixture(scope="module")
+def tumbling_plan() -> Plan:
+    return plan_of(TumblingWorld(Staircase.fifteen()), uniform_prototypes(StairWorld()), max_simulated=3000)
+
+
+def test_a_plan_of_the_tumbling_world_is_replayed_by_a_fresh_one_to_the_bit(tumbling_plan):
+    world = TumblingWorld(Staircase.fifteen())
+    motions = uniform_prototypes(world).motions.astype(np.float32)
+    np.testing.assert_array_equal(tumbling_plan.states[0], world.start)
+    for motion, state, reward in zip(
+        motions[tumbling_plan.motions], tumbling_plan.states[1:], tumbling_plan.rewards, strict=True
+    ):
+        jump = world.perform(motion)
+        assert jump.end.tobytes() == state.tobytes()
+        assert jump_reward(jump.dz, 0.3) == reward
+    assert tumbling_plan.value == tumbling_plan.rewards.sum()
+    assert tumbling_plan.whole_value <= tumbling_plan.bound <= 15
+    assert np.abs(tumbling_plan.states[:, 0]).max() > 1e-6  # it left the plane
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_no_episode_of_the_tumbling_world_returns_more(seed):
+    world = TumblingWorld(CLIMB)
+    plan = plan_of(world, climbing_set(seed), max_jumps=CLIMB_JUMPS, tolerance=1e-6)
+    assert plan.proved
+    assert plan.whole_value == brute_force(CLIMB, climbing_set(seed), CLIMB_JUMPS, TumblingWorld)
+
+
+def test_a_search_leaves_the_world_that_it_is_given_as_it_was():
+    world = TumblingWorld(CLIMB)
+    world.jump(500, 70)
+    before = world.state
+    first = plan_of(world, climbing_set(0), max_jumps=3, max_simulated=50)
+    assert trap_width(world, [[500.0, 86.0]]) < 0.1
+    assert world.state.tobytes() == before.tobytes()
+    np.testing.assert_array_equal(first.states[0], world.start)
+
+
+def test_the_plane_is_the_world_of_bare_stairs():
+    motions = climbing_set(7)
+    plans = [plan_of(given, motions, max_jumps=4, max_simulated=100) for given in (CLIMB, StairWorld(CLIMB))]
+    assert plans[0].states.tobytes() == plans[1].states.tobytes()
+    steep = [[500.0, 84.0]]
+    assert trap_width(Staircase.fifteen(), steep) == trap_width(StairWorld(Staircase.fifteen()), steep)
+
+
+def test_the_rocking_of_the_world_is_searched_with():
+    motions = climbing_set(3)
+    still, rocking = (plan_of(TumblingWorld(CLIMB, rocking=r), motions, max_jumps=3, max_simulated=50) for r in (0, 1))
+    assert still.states.tobytes() != rocking.states.tobytes()
+
+
+@pytest.mark.parametrize("angle", [80.0, 84.0, 88.0])
+def test_the_trap_of_an_upright_cube_is_about_as_wide_in_both_worlds(angle):
+    """From upright on a tread the chance to climb is the same function of the gap in both; rocking moves it by some gaps tried."""
+    plane, tumbling = (trap_width(kind(Staircase.fifteen()), [[1000.0, angle]]) for kind in (StairWorld, TumblingWorld))
+    assert 0.7 < tumbling / plane < 1.4
+    assert 0.6 < tumbling * np.tan(np.radians(angle)) / 0.3 < 1.2

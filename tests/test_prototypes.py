@@ -1,6 +1,7 @@
 """Equations 2 to 4, the sets that the method is compared with, and reliability."""
 
 import dataclasses
+import itertools
 import warnings
 
 import numpy as np
@@ -237,6 +238,40 @@ def test_a_uniform_set_can_have_any_size_and_keeps_the_corners(world):
         uniform_prototypes(world, n=3)
     with pytest.raises(ValueError, match="n needs a world with two motion parameters, not 3"):
         uniform_prototypes(PuckWorld(), n=9)
+
+
+@pytest.mark.parametrize("per_side", [2, 4, 5])
+def test_a_shifted_grid_has_one_motion_in_each_cell_at_the_same_place_and_no_corner(world, per_side):
+    low, high = world.motion_low, world.motion_high
+    sets = [uniform_prototypes(world, per_side, seed=seed).motions for seed in range(20)]
+    for motions in sets:
+        assert len(motions) == per_side**2
+        cells, place = np.divmod((motions - low) / (high - low) * per_side, 1)
+        assert {tuple(cell) for cell in cells.astype(int)} == set(itertools.product(range(per_side), repeat=2))
+        np.testing.assert_allclose(place, place[[0]].repeat(len(place), axis=0), rtol=0, atol=1e-9)
+        assert ((low < motions) & (motions < high)).all()
+    firsts = np.array([motions[0] for motions in sets])
+    assert len(np.unique(firsts, axis=0)) == 20
+    width = (high - low) / per_side
+    assert (np.ptp(firsts, axis=0) > 0.6 * width).all()  # the whole cell is drawn from
+
+
+def test_a_shifted_grid_follows_its_seed_and_says_so(world):
+    one, same, other = (uniform_prototypes(world, seed=seed) for seed in (7, 7, 8))
+    np.testing.assert_array_equal(one.motions, same.motions)
+    assert (one.motions != other.motions).all()
+    assert (one.method, one.seed, one.settings) == ("uniform", "7", {"per_side": 4, "shifted": True})
+    assert uniform_prototypes(world).settings == {"per_side": 4}
+    assert uniform_prototypes(world).seed == ""
+    assert len(uniform_prototypes(PuckWorld(), 3, seed=0)) == 27
+    assert not (random_prototypes(world, 16, seed=7).motions == one.motions).any()
+
+
+def test_rows_of_any_number_cannot_be_shifted(world):
+    with pytest.raises(ValueError, match="n and seed must not be given both: only a square grid can be shifted"):
+        uniform_prototypes(world, n=16, seed=0)
+    with pytest.raises(ValueError, match="seed must be at least 0"):
+        uniform_prototypes(world, seed=-1)
 
 
 def test_random_prototypes_are_drawn_from_the_motion_space(world):

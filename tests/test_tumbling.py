@@ -145,35 +145,6 @@ def test_no_spin_turns_nothing():
     np.testing.assert_allclose(quaternion, before, rtol=0, atol=1e-15)
 
 
-@properties
-@given(seeds, st.floats(-44.9, 44.9))
-def test_yaw_is_the_turn_about_the_vertical_whichever_face_is_up(seed, degrees):
-    for way_up in Rotation.create_group("O"):  # the 24 ways to put a cube down
-        turned = Rotation.from_euler("z", degrees, degrees=True) * way_up
-        assert yaw_of(*turned.as_quat()) == pytest.approx(degrees, abs=1e-9)
-
-
-@properties
-@given(seeds, st.floats(-180, 180))
-def test_turning_any_cube_about_the_vertical_turns_its_yaw_alike_up_to_quarters(seed, degrees):
-    before, by = Rotation.from_quat(rotation_of(seed)), Rotation.from_euler("z", degrees, degrees=True)
-    more = yaw_of(*(by * before).as_quat()) - yaw_of(*before.as_quat()) - degrees
-    assert (more + 45) % 90 - 45 == pytest.approx(0, abs=1e-8)
-    assert -45 <= yaw_of(*before.as_quat()) <= 45
-
-
-@properties
-@given(st.floats(-4, 4), st.floats(-4, 4))
-def test_a_state_is_rotated_about_x_and_then_turned_about_the_vertical(rotation, yaw):
-    world = TumblingWorld()
-    state = world.state_at(0.25, 0.2, rotation, x=0.3, yaw=yaw)
-    expected = Rotation.from_euler("z", yaw) * Rotation.from_euler("x", rotation)
-    assert (expected.inv() * Rotation.from_quat(state[3:7])).magnitude() < 1e-12
-    assert state[6] >= 0
-    assert state[[0, 1, 2, 7]].tolist() == [0.3, 0.25, 0.2, world.staircase.d_obs(0.25)]
-    np.testing.assert_array_equal(world.reset(state), state)
-
-
 # --- free flight ---
 
 

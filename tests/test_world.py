@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from stairlab.physics import (
     CUBE_EDGE,
@@ -20,7 +21,8 @@ from stairlab.physics import (
     Staircase,
     build_space,
 )
-from stairlab.world import FEATURES, StairWorld
+from stairlab.tumbling import TumblingWorld
+from stairlab.world import FEATURES, START_Y, CubeWorld, StairWorld, check_world, yaw_of
 
 HALF = CUBE_EDGE / 2
 PUSH_TIME = PUSH_STEPS * TIME_STEP
@@ -30,6 +32,7 @@ magnitudes = st.floats(50, 1000)
 angles = st.floats(1, 89)
 motions = st.tuples(magnitudes, angles)
 properties = settings(derandomize=True, deadline=None, max_examples=40)
+seeds = st.integers(0, 2**32 - 1)
 
 
 def jump(world, motion, **how):
@@ -249,6 +252,88 @@ def test_a_jump_beyond_the_stairs_is_not_on_the_map(world):
     assert far.end[1] > 2.2
     assert far.end[2] == pytest.approx(0.05, abs=1e-4)
     assert not far.on_map
+
+
+# --- what both worlds have in common ---
+
+
+@pytest.mark.parametrize("kind", [StairWorld, TumblingWorld])
+def test_both_worlds_have_one_start_one_map_one_motion_space_and_draw_the_same_starts(kind):
+    plane, world = StairWorld(), kind()
+    assert isinstance(check_world(world), CubeWorld)
+    np.testing.assert_array_equal(world.start, plane.start)
+    for bound in ("motion_low", "motion_high"):
+        np.testing.assert_array_equal(getattr(world, bound), getattr(plane, bound))
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(world, bound)[0] = 0
+    drawn = [world.draw_start(np.random.default_rng(3)) for world in (world, plane)]
+    np.testing.assert_array_equal(*drawn)
+    for place in ((0.25, 0.05), (2.161, 1.25), (2.0, 1.2511), (2.0, 1.2509)):
+        assert world.on_map(world.state_at(*place)) == plane.on_map(plane.state_at(*place))
+    np.testing.assert_array_equal(world.noise_scale(np.array([500.0, 45.0])), [10.0, 1.0])
+
+
+@pytest.mark.parametrize("kind", [StairWorld, TumblingWorld])
+def test_a_performed_motion_is_the_jump_of_its_two_numbers(kind):
+    one, other = kind(), kind()
+    done = one.perform(np.array([500.0, 70.0]), np.random.default_rng(2))
+    assert done.end.tobytes() == other.jump(500, 70, np.random.default_rng(2)).end.tobytes()
+    assert (done.magnitude, done.angle) == (500, 70)
+    np.testing.assert_array_equal(one.state, done.end)
+    np.testing.assert_array_equal(done.start, one.start)
+
+
+def test_what_moves_a_cube_is_left_to_each_world():
+    with pytest.raises(NotImplementedError):
+        CubeWorld().jump(500, 45)
+    with pytest.raises(NotImplementedError):
+        CubeWorld().reset(StairWorld().start)
+
+
+@properties
+@given(st.floats(-44.9, 44.9))
+def test_yaw_is_the_turn_about_the_vertical_whichever_face_is_up(degrees):
+    for way_up in Rotation.create_group("O"):  # the 24 ways to put a cube down
+        turned = Rotation.from_euler("z", degrees, degrees=True) * way_up
+        assert yaw_of(*turned.as_quat()) == pytest.approx(degrees, abs=1e-9)
+
+
+@properties
+@given(seeds, st.floats(-180, 180))
+def test_turning_any_cube_about_the_vertical_turns_its_yaw_alike_up_to_quarters(seed, degrees):
+    before, by = Rotation.random(random_state=seed), Rotation.from_euler("z", degrees, degrees=True)
+    more = yaw_of(*(by * before).as_quat()) - yaw_of(*before.as_quat()) - degrees
+    assert (more + 45) % 90 - 45 == pytest.approx(0, abs=1e-8)
+    assert -45 <= yaw_of(*before.as_quat()) <= 45
+
+
+@properties
+@given(seeds)
+def test_yaw_is_that_of_the_body_axis_after_the_most_vertical_one(seed):
+    rotation = Rotation.random(random_state=seed)
+    axes = rotation.as_matrix()
+    x, y, _ = axes[:, (np.abs(axes[2]).argmax() + 1) % 3]
+    difference = yaw_of(*rotation.as_quat()) - math.degrees(math.atan2(y, x))
+    assert (difference + 45) % 90 - 45 == pytest.approx(0, abs=1e-8)
+
+
+@properties
+@given(st.floats(-4, 4), st.floats(-4, 4))
+def test_a_state_is_rotated_about_x_and_then_turned_about_the_vertical(rotation, yaw):
+    world = TumblingWorld()
+    state = world.state_at(START_Y, 0.2, rotation, x=0.3, yaw=yaw)
+    expected = Rotation.from_euler("z", yaw) * Rotation.from_euler("x", rotation)
+    assert (expected.inv() * Rotation.from_quat(state[3:7])).magnitude() < 1e-12
+    assert state[6] >= 0
+    assert state[[0, 1, 2, 7]].tolist() == [0.3, START_Y, 0.2, world.staircase.d_obs(START_Y)]
+    np.testing.assert_array_equal(world.reset(state), state)
+
+
+def test_the_plane_refuses_a_cube_that_is_turned_about_the_vertical(world):
+    turned = world.state_at(0.25, HALF, yaw=0.1)
+    with pytest.raises(ValueError, match=r"rotates about x, not .* the plane has no other rotation"):
+        world.reset(turned)
+    TumblingWorld().reset(turned)
 
 
 # --- physics against closed forms ---

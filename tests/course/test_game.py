@@ -2,13 +2,11 @@
 
 import math
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
-from stairlab import Staircase, best_return, random_prototypes, trap_width
+from stairlab import Staircase, best_return, make_env, random_prototypes, trap_width
 from stairlab.course.game import READINGS, Game, from_gap, gap_of, play, repeat, replay_plan, step_of, widest_after
-from stairlab.envs import DiscreteMotions
 from stairlab.planning import jump_reward
 from stairlab.world import StairWorld
 
@@ -33,7 +31,7 @@ def test_only_the_dead_band_does_not_pay_for_jitter():
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_game_gives_what_the_environment_gives(seed):
     motions = random_prototypes(StairWorld(), 6, seed=seed)
-    env, game = DiscreteMotions(gym.make("stairlab/UpTheStairs-v0"), motions), Game(motions)
+    env, game = make_env(motions), Game(motions)
     first, _ = env.reset()
     np.testing.assert_array_equal(first, game.observation)
     rng = np.random.default_rng(seed)
