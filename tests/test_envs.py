@@ -9,16 +9,30 @@ from gymnasium.utils.env_checker import check_env
 from stable_baselines3.common.env_checker import check_env as check_env_of_sb3
 
 import stairlab
-from stairlab import DiscreteMotions, Staircase, StairWorld, uniform_prototypes
+from stairlab import DiscreteMotions, Staircase, StairWorld, TumblingWorld, make_env, uniform_prototypes
 from stairlab.envs import UpTheStairs
-from stairlab.planning import trap_width
+from stairlab.planning import MAX_JUMPS, trap_width
 from stairlab.world import recall_or_fly
 
 CLIMB = np.array([330.0, 68.0], dtype=np.float32)  # one step, from the start pose
 
 
+HOP = np.array([50, 89], dtype=np.float32)  # on the spot
+IN_3D = {"world": "tumbling"}
+
+
 def make(**options):
-    return gym.make("stairlab/UpTheStairs-v1", **{"world": "plane", **options})
+    """Make the environment in the plane, unless a world is named."""
+    return gym.make("stairlab/UpTheStairs-v1", **{"world": "plane"} | options)
+
+
+def on_the_top(y=7.0, **options):
+    """Return an environment with the cube on the last of fifteen treads."""
+    env = make(**options)
+    env.reset(seed=0)
+    world = env.unwrapped.world
+    world.reset(world.state_at(y, world.staircase.top + 0.05))
+    return env
 
 
 def rollout(env, seed, jumps=12):
@@ -34,7 +48,17 @@ def rollout(env, seed, jumps=12):
 
 
 @pytest.mark.parametrize(
-    "options", [{}, {"observation": "full"}, {"actuation_noise": 0.1, "x_drift": True}, {"n_steps": 4}]
+    "options",
+    [
+        {},
+        {"observation": "full"},
+        {"actuation_noise": 0.1, "x_drift": True},
+        {"n_steps": 4},
+        IN_3D,
+        IN_3D | {"observation": "full", "actuation_noise": 0.1},
+        IN_3D | {"rocking": 0.0, "friction": 0.5},
+        IN_3D | {"top_goes_on": True, "time_outs_end": True},
+    ],
 )
 def test_it_passes_the_checks_of_gymnasium_and_stable_baselines_with_one_warning(options):
     for check in (check_env, check_env_of_sb3):
@@ -47,14 +71,41 @@ def test_it_passes_the_checks_of_gymnasium_and_stable_baselines_with_one_warning
 
 
 def test_it_is_registered_with_a_time_limit_of_fifty_jumps():
-    env = make()
+    env = gym.make("stairlab/UpTheStairs-v1")
     assert stairlab.__version__
     assert env.spec.max_episode_steps == 50
     low, high = env.action_space.low, env.action_space.high
     assert (low.tolist(), high.tolist()) == ([50, 1], [1000, 89])
 
 
-@pytest.mark.parametrize("options", [{}, {"actuation_noise": 0.05, "x_drift": True}])
+def test_version_1_is_in_three_dimensions_unless_it_is_told_otherwise():
+    assert isinstance(gym.make("stairlab/UpTheStairs-v1").unwrapped.world, TumblingWorld)
+    assert isinstance(gym.make("stairlab/UpTheStairs-v1", world="plane").unwrapped.world, StairWorld)
+    world = make(world="tumbling", rocking=0.5, friction=0.7).unwrapped.world
+    assert (world.rocking, world.friction, world.staircase) == (0.5, 0.7, Staircase(15, last_run=10.0))
+
+
+def test_version_0_is_still_the_plane_and_gymnasium_names_the_new_one():
+    with pytest.warns(DeprecationWarning, match="UpTheStairs-v0 is out of date.*v1"):
+        old = gym.make("stairlab/UpTheStairs-v0")
+    assert isinstance(old.unwrapped.world, StairWorld)
+    assert rollout(old, seed=4) == rollout(make(), seed=4)
+
+
+@pytest.mark.parametrize("motions", [None, [[330.0, 68.0], [50.0, 89.0]]])
+def test_make_env_makes_the_latest_version_in_the_plane_unless_a_world_is_named(motions):
+    for options, kind in (({}, StairWorld), ({"n_steps": 3}, StairWorld), (IN_3D, TumblingWorld)):
+        env = make_env(motions, **options)
+        assert isinstance(env.unwrapped.world, kind)
+        assert env.spec.id.endswith("UpTheStairs-v1")
+        assert env.spec.max_episode_steps == MAX_JUMPS
+        assert isinstance(env.action_space, gym.spaces.Box if motions is None else gym.spaces.Discrete)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"actuation_noise": 0.05, "x_drift": True}, IN_3D, IN_3D | {"as_published": True, "actuation_noise": 0.05}],
+)
 def test_equal_seeds_give_equal_rollouts_step_by_step(options):
     assert rollout(make(**options), seed=4) == rollout(make(**options), seed=4)
 
@@ -71,6 +122,20 @@ def test_noise_and_drift_follow_the_seed_and_are_off_by_default():
     assert plain.step(CLIMB)[0].tolist() == again.step(CLIMB)[0].tolist()
 
 
+def test_the_rocking_of_the_tumbling_world_follows_the_seed_of_the_episode():
+    def end_of(seed, **options):
+        env = make(world="tumbling", observation="full", **options)
+        env.reset(seed=seed)
+        return env.step(CLIMB)[0].tolist()
+
+    assert end_of(1) == end_of(1) != end_of(2)
+    assert end_of(1, rocking=0.0) == end_of(2, rocking=0.0)
+    randomness = [({}, False), (IN_3D, True), (IN_3D | {"rocking": 0.0}, False), ({"x_drift": True}, True)]
+    randomness += [({"actuation_noise": 0.1}, True)]
+    for options, random in randomness:
+        assert make(**options).unwrapped.random is random
+
+
 def test_the_observation_is_that_of_the_world():
     env, world = make(observation="full"), StairWorld(Staircase(15, last_run=10.0))
     first, _ = env.reset(seed=0)
@@ -79,11 +144,24 @@ def test_the_observation_is_that_of_the_world():
     assert make().reset()[0].tolist() == pytest.approx([0, 0.25, 0.05, 0.35], abs=1e-6)
 
 
-def test_observations_stay_within_their_bounds():
-    env = make(x_drift=True)
-    for seed in range(3):
-        for observation, *_ in rollout(env, seed, jumps=30):
-            assert env.observation_space.contains(np.array(observation, dtype=np.float32))
+@pytest.mark.parametrize("options", [{"x_drift": True}, IN_3D, IN_3D | {"as_published": True, "observation": "full"}])
+def test_observations_stay_within_their_bounds(options):
+    env = make(**options)
+    for seed in range(5):
+        for observation, *_ in rollout(env, seed, jumps=40):
+            assert env.observation_space.contains(np.array(observation, dtype=env.observation_space.dtype))
+
+
+def test_a_cube_that_falls_off_the_side_ends_the_episode_within_the_bounds_of_the_observation():
+    env = make(world="tumbling", observation="full")
+    env.reset(seed=0)
+    world = env.unwrapped.world
+    world.reset(world.state_at(6.0, 4.3, x=2.52, rotation=0.3))
+    observation, reward, terminated, _, info = env.step(HOP)
+    assert observation[0] > 2.5
+    assert reward < -12
+    assert (terminated, info["on_map"]) == (True, False)
+    assert env.observation_space.contains(observation)
 
 
 def test_a_step_up_pays_one_and_info_tells_where_the_cube_is():
@@ -125,6 +203,77 @@ def test_the_time_limit_truncates_after_fifty_jumps():
         assert (terminated, truncated) == (False, jump == 50)
 
 
+# the readings of the published wrappers
+
+
+@pytest.mark.parametrize("world", ["plane", "tumbling"])
+@pytest.mark.parametrize(
+    ("options", "ends"), [({}, False), ({"time_outs_end": True}, True), ({"as_published": True}, True)]
+)
+def test_a_time_out_is_reported_as_an_end_only_where_that_is_asked_for(world, options, ends):
+    env = make(world=world, **options)
+    for _ in range(2):  # the count begins anew with each episode
+        env.reset(seed=0)
+        for jump in range(1, MAX_JUMPS + 1):
+            *_, terminated, truncated, _ = env.step(HOP)
+            assert (terminated, truncated) == (ends and jump == MAX_JUMPS, jump == MAX_JUMPS)
+
+
+@pytest.mark.parametrize("world", ["plane", "tumbling"])
+@pytest.mark.parametrize("options", [{"half_precision": True}, {"as_published": True}])
+def test_half_precision_rounds_observations_and_nothing_else(world, options):
+    half, single = make(world=world, observation="full", **options), make(world=world, observation="full")
+    assert half.observation_space.dtype == np.float16
+    assert single.observation_space.dtype == np.float32
+    first, _ = half.reset(seed=3)
+    rounded, _ = single.reset(seed=3)
+    assert first.dtype == np.float16
+    np.testing.assert_array_equal(first, rounded.astype(np.float16))
+    for _ in range(3):
+        (observation, *rest), (exact, *exact_rest) = half.step(CLIMB), single.step(CLIMB)
+        assert half.observation_space.contains(observation)
+        np.testing.assert_allclose(observation, exact, rtol=2**-11, atol=1e-6)
+        assert rest == exact_rest
+    assert half.unwrapped.world.state.tobytes() == single.unwrapped.world.state.tobytes()
+
+
+@pytest.mark.parametrize("world", ["plane", "tumbling"])
+@pytest.mark.parametrize(
+    ("options", "goes_on"), [({}, False), ({"top_goes_on": True}, True), ({"as_published": True}, True)]
+)
+def test_on_the_top_the_episode_goes_on_to_10_metres_only_where_that_is_asked_for(world, options, goes_on):
+    ends = []
+    for y in (7.0, 9.95, 10.05):
+        *_, terminated, truncated, info = on_the_top(y, world=world, **options).step(HOP)
+        assert (truncated, info["on_map"], info["steps"]) == (False, True, 15)
+        ends.append(terminated)
+    assert ends == ([False, False, True] if goes_on else [True, True, True])
+
+
+def test_leaving_the_map_from_the_top_ends_the_episode_under_each_reading():
+    for options in ({}, {"top_goes_on": True}):
+        env = on_the_top(9.5, **options)
+        *_, terminated, _, _ = env.step(np.array([1000, 45], dtype=np.float32))
+        assert terminated
+    env = make(top_goes_on=True)
+    env.reset(seed=0)
+    world = env.unwrapped.world
+    world.reset(world.state_at(-0.02, 0.05))
+    *_, terminated, _, info = env.step(HOP)
+    assert (terminated, info["on_map"]) == (True, False)
+
+
+def test_as_published_is_the_three_readings_together_and_leaves_the_jumps_as_they_are():
+    together = make(world="tumbling", as_published=True)
+    each = make(world="tumbling", time_outs_end=True, half_precision=True, top_goes_on=True)
+    for env in (together, each):
+        assert (env.unwrapped.time_outs_end, env.unwrapped.top_goes_on) == (True, True)
+    assert together.observation_space == each.observation_space
+    assert rollout(together, seed=6, jumps=20) == rollout(each, seed=6, jumps=20)
+    plain = make(world="tumbling").unwrapped
+    assert (plain.time_outs_end, plain.top_goes_on, plain.observation_space.dtype) == (False, False, np.float32)
+
+
 def test_a_frame_shows_stairs_cube_and_the_last_path():
     env = make(render_mode="rgb_array")
     env.reset()
@@ -137,9 +286,11 @@ def test_a_frame_shows_stairs_cube_and_the_last_path():
     assert np.abs(after.astype(int) - (192, 57, 43)).sum(axis=2).min() < 60  # the path is drawn
 
 
-def test_rendering_changes_no_outcome():
-    shown, plain = make(render_mode="rgb_array"), make()
+@pytest.mark.parametrize("world", ["plane", "tumbling"])
+def test_rendering_changes_no_outcome(world):
+    shown, plain = make(world=world, render_mode="rgb_array"), make(world=world)
     assert rollout(shown, seed=2) == rollout(plain, seed=2)
+    assert shown.render().shape == (600, 900, 3)
 
 
 def test_a_display_is_refused_with_what_to_use_instead():
@@ -154,6 +305,12 @@ def test_a_display_is_refused_with_what_to_use_instead():
         ({"observation": "camera"}, "observation must be one of 'paper', 'full'"),
         ({"actuation_noise": -0.1}, "actuation_noise must be between 0 and 1"),
         ({"render_mode": "ansi"}, "render_mode must be one of 'rgb_array'"),
+        ({"world": "cube"}, "world must be one of 'plane', 'tumbling', not 'cube'"),
+        ({"rocking": 0.5}, "The plane world has no rocking, but it is 0.5"),
+        ({"world": "plane", "friction": 0.5}, "The plane world has no friction"),
+        ({"world": "tumbling", "x_drift": True}, "The tumbling world has no x_drift"),
+        ({"world": "tumbling", "restitution": 0.1}, "staircase must have no restitution in the tumbling world"),
+        ({"world": "tumbling", "rocking": -1}, "rocking must be between 0 and 10, not -1"),
     ],
 )
 def test_bad_options_are_refused_by_name(options, message):
