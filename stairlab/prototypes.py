@@ -28,7 +28,7 @@ MAX_COUNT = 10
 LARGEST_CV = 0.999999
 """ cv is clipped here, so that (1 - cv) std stays positive """
 NOISY_REPLAYS = 20
-""" Replays of each prototype under noise """
+""" Replays of each prototype under noise, and exact ones in a random world """
 NEIGHBOURS = 20
 """ Neighbours, among all samples, that are asked whether they are of the same class """
 CORE = 0.5
@@ -478,7 +478,10 @@ def uniform_prototypes(
     if n is not None and seed is not None:
         raise ValueError("n and seed must not be given both: only a square grid can be shifted.")
     if n is None:
-        settings = {"per_side": whole_number("per_side", per_side, low=2), **({} if seed is None else {"shifted": True})}
+        settings = {
+            "per_side": whole_number("per_side", per_side, low=2),
+            **({} if seed is None else {"shifted": True}),
+        }
         motions = motion_grid(world, per_side)
         if seed is not None:
             offset = np.random.default_rng(seed_sequence(seed, "shifted grid")).random(motions.shape[1])
@@ -536,6 +539,8 @@ def _seed_name(seed: Seed) -> str:
 class Reliability:
     """What becomes of a set of prototypes when they are performed from the start pose.
 
+    In a random world an exact replay is a draw: shares are then means, over the prototypes, of the shares of many replays.
+
     Attributes
     ----------
     exact : float
@@ -545,10 +550,11 @@ class Reliability:
     on_map : float
         Share of prototypes whose replay ends on the map.
     classes_reached : int
-        Number of classes that the replays reach.
+        Number of classes in the table's column "reached".
     table : pandas.DataFrame
-        A row for each prototype: its motion, its class (0 without), the class "reached" (0 off the map), and the shares of noisy
-        replays that end on the map and in its own class.
+        A row for each prototype: its motion, its class (0 without), the class "reached" (0 off the map; in a random world the one
+        reached most often, of several the first), and the shares of noisy replays that end on the map and in its own class. In a
+        random world also those of the exact replays, "on map" and "in class".
     """
 
     exact: float
@@ -566,10 +572,14 @@ def reliability(
     Noise is Gaussian, as large as the world says (``noise_scale``; for the stairs 2 % of the magnitude and 1 degree), and a noisy
     motion is clipped to the motion space.
 
+    A world that is random (``world.random``; in the tumbling world, the cube rocks) answers equal motions with unequal effects. There
+    the unperturbed motion, too, is replayed several times, each with a draw of its own, and "exact" means that nothing is added to
+    what the world draws.
+
     Parameters
     ----------
     world : World
-        Where to replay.
+        Where to replay. One that does not say whether it is random is not.
     prototypes : Prototypes
         The set.
     classes : EffectClasses
@@ -577,7 +587,7 @@ def reliability(
     seed : int or numpy.random.SeedSequence
         For the noise, and for worlds with randomness of their own.
     replays : int
-        Noisy replays of each prototype.
+        Noisy replays of each prototype; in a random world, exact ones as well.
 
     Returns
     -------
@@ -600,25 +610,31 @@ def reliability(
     replays = whole_number("replays", replays, low=1)
     own = np.zeros(len(prototypes), int) if prototypes.classes is None else prototypes.classes
     for_exact, for_noise, for_noisy = seed_sequence(seed, "reliability").spawn(3)
-    reached = classes.reached(replay_motions(world, prototypes.motions, for_exact))
+    is_random = bool(getattr(world, "random", False))
+    repeated = np.repeat(prototypes.motions, replays if is_random else 1, axis=0)
+    exact = classes.reached(replay_motions(world, repeated, for_exact)).reshape(len(prototypes), -1)
+    reached = np.array([np.bincount(row).argmax() for row in exact])
     tries = [
         noisy_motions(world, np.tile(motion, (replays, 1)), np.random.default_rng(child))
         for motion, child in zip(prototypes.motions, for_noise.spawn(len(prototypes)), strict=True)
     ]
     noisy = classes.reached(replay_motions(world, np.vstack(tries), for_noisy)).reshape(len(prototypes), replays)
+    has_classes = prototypes.classes is not None
+    kept, noisy_kept = exact == own[:, None], noisy == own[:, None]
+    shares = {"on map": (exact > 0).mean(axis=1), "in class": kept.mean(axis=1) if has_classes else np.nan}
     table = prototypes.to_frame().assign(
         **{
             "class": own,
             "reached": reached,
+            **(shares if is_random else {}),
             "noisy on map": (noisy > 0).mean(axis=1),
-            "noisy in class": (noisy == own[:, None]).mean(axis=1) if prototypes.classes is not None else np.nan,
+            "noisy in class": noisy_kept.mean(axis=1) if has_classes else np.nan,
         }
     )
-    has_classes = prototypes.classes is not None
     return Reliability(
-        exact=float((reached == own).mean()) if has_classes else float("nan"),
-        noisy=float((noisy == own[:, None]).mean()) if has_classes else float("nan"),
-        on_map=float((reached > 0).mean()),
+        exact=float(kept.mean()) if has_classes else float("nan"),
+        noisy=float(noisy_kept.mean()) if has_classes else float("nan"),
+        on_map=float((exact > 0).mean()),
         classes_reached=len(set(reached.tolist()) - {0}),
         table=table,
     )

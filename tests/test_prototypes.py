@@ -15,6 +15,7 @@ from stairlab import (
     EffectClasses,
     Prototypes,
     StairWorld,
+    TumblingWorld,
     effect_prototypes,
     prototype_counts,
     random_prototypes,
@@ -23,6 +24,7 @@ from stairlab import (
     sample_motions,
     uniform_prototypes,
 )
+from stairlab._validation import seed_sequence
 
 PUBLISHED_MEANS = [[0.092, 0], [0.290, 0], [0.575, 0.3], [0.994, 0.6], [1.413, 0.9], [1.702, 1.2]]
 PUBLISHED_STDS = [0.062, 0.023, 0.114, 0.104, 0.102, 0.096]
@@ -449,3 +451,73 @@ def test_bad_files_are_refused_with_line_and_column(tmp_path, text, message):
     (tmp_path / "bad.csv").write_text(text)
     with pytest.raises(ValueError, match=message):
         Prototypes.from_csv(tmp_path / "bad.csv")
+
+
+# In a random world
+
+LUCKY, SURE, LOST = (500.0, 70.0), (450.0, 65.0), (1000.0, 60.0)
+""" In three dimensions: two or three steps, as the rocking has it; always two; off the map """
+
+
+def test_in_a_random_world_exact_replays_are_draws_and_shares_their_means(classes):
+    world, made = TumblingWorld(), Prototypes([LUCKY, SURE, LOST], [4, 4, 6])
+    result = reliability(world, made, classes, seed=3)
+    table = result.table
+    for_exact, *_ = seed_sequence(3, "reliability").spawn(3)
+    reached = classes.reached(replay_motions(world, made.motions.repeat(20, axis=0), for_exact)).reshape(3, 20)
+    assert table["in class"].tolist() == (reached == [[4], [4], [6]]).mean(axis=1).tolist()
+    assert 0 < table["in class"][0] < 1
+    assert table["in class"].tolist()[1:] == [1, 0]
+    assert table["on map"].tolist() == [1, 1, 0]
+    assert (result.exact, result.on_map) == pytest.approx((table["in class"].mean(), 2 / 3))
+
+
+def test_in_a_random_world_the_class_reached_is_the_one_reached_most_often(classes):
+    table = reliability(TumblingWorld(), Prototypes([LUCKY, SURE, LOST], [5, 4, 6]), classes, seed=1).table
+    assert table["in class"][0] != 0.5
+    assert table["reached"].tolist() == [5 if table["in class"][0] > 0.5 else 4, 4, 0]
+
+
+def test_in_a_random_world_the_number_of_replays_is_that_of_exact_ones_too(classes):
+    table = reliability(TumblingWorld(), Prototypes([LUCKY], [4]), classes, replays=3).table
+    for column in ("in class", "noisy in class"):
+        assert 3 * table[column][0] == pytest.approx(round(3 * table[column][0]))
+
+
+def test_in_a_random_world_draws_follow_the_seed(classes):
+    made = Prototypes([LUCKY] * 4, [4] * 4)
+    first, again, other = (reliability(TumblingWorld(), made, classes, seed=seed).table for seed in (0, 0, 1))
+    assert first.equals(again)
+    assert first["in class"].nunique() > 1  # each replay has a draw of its own
+    assert first["in class"].tolist() != other["in class"].tolist()
+
+
+def test_a_random_world_has_no_share_in_class_for_a_set_without_classes(classes):
+    result = reliability(TumblingWorld(), Prototypes([SURE, LOST]), classes)
+    assert np.isnan(result.exact)
+    assert result.table["in class"].isna().all()
+    assert result.table["on map"].tolist() == [1, 0]
+
+
+@pytest.mark.parametrize("world", [StairWorld(), TumblingWorld(rocking=0)])
+def test_a_world_that_is_not_random_replays_each_motion_once(world, classes, monkeypatch):
+    asked = []
+
+    def counting(world, motions, seed):
+        asked.append(len(motions))
+        return replay_motions(world, motions, seed)
+
+    monkeypatch.setattr("stairlab.prototypes.replay_motions", counting)
+    result = reliability(world, Prototypes([LUCKY, SURE, LOST], [4, 4, 6]), classes)
+    assert asked == [3, 60]
+    assert "in class" not in result.table
+    assert result.exact == pytest.approx(result.table.eval("reached == `class`").mean())
+
+
+@pytest.mark.filterwarnings("ignore:The coefficient of variation", "ignore:C_1 has a weight")
+def test_a_world_that_does_not_say_that_it_is_random_is_not():
+    world = PuckWorld()
+    classes = EffectClasses.from_samples(sample_motions(world, n=200, seed=0, progress=False), ("deast", "dheight"))
+    assert "on map" not in reliability(world, random_prototypes(world, n=4), classes).table
+    world.random = True
+    assert "on map" in reliability(world, random_prototypes(world, n=4), classes).table
