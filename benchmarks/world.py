@@ -1,7 +1,8 @@
-"""How fast the world is, and how near to a plain loop: ``python benchmarks/world.py [--jumps N]``.
+"""How fast the worlds are, and how near the plane is to a plain loop: ``python benchmarks/world.py [--jumps N]``.
 
 The plain loop steps the same space 1 ms at a time and looks once per simulated second whether the cube has stopped, by the published
-rule. Both run in turns in one process, so that other load on the machine hits both.
+rule. The tumbling world is measured against the plane. What is compared runs in turns in one process, so that other load on the
+machine hits both.
 """
 
 import argparse
@@ -15,7 +16,8 @@ from tqdm import tqdm
 
 from stairlab.physics import CUBE_EDGE, MAX_STEPS, PUSH_STEPS, RELEASE_VELOCITY, TIME_STEP, Staircase, build_space
 from stairlab.sampling import sample_motions
-from stairlab.world import StairWorld, recall_or_fly
+from stairlab.tumbling import TumblingWorld
+from stairlab.world import CubeWorld, StairWorld, recall_or_fly
 
 TURN = 20
 """ Jumps that one of the two makes before it is the other's turn """
@@ -87,6 +89,41 @@ def outcome_classes(world: StairWorld, ends: np.ndarray) -> np.ndarray:
     return np.where(on_map, np.round((ends[:, 1] - CUBE_EDGE / 2) / world.staircase.rise), -1)
 
 
+def tumbling(start: str, n: int) -> dict[str, object]:
+    """Return a line of the table: n random jumps of the tumbling world against the plane, warm.
+
+    Parameters
+    ----------
+    start : {"the start", "treads"}
+        From the start pose of four steps, or, on fifteen, from upright on a tread that is drawn.
+    n : int
+        Jumps.
+    """
+    staircase = Staircase.fifteen() if start == "treads" else Staircase()
+    worlds: list[CubeWorld] = [TumblingWorld(staircase), StairWorld(staircase)]
+    rng = np.random.default_rng(1)
+    motions = rng.uniform(worlds[0].motion_low, worlds[0].motion_high, (n, 2))
+    starts = [worlds[0].draw_start(rng) if start == "treads" else worlds[0].start for _ in range(n)]
+    seconds = [0.0, 0.0]
+    for world in worlds:
+        world.jump(600, 70, rng)  # compiled, or loaded, before the clock runs
+    for begin in tqdm(range(0, n, TURN), unit=f" x {TURN} jumps", leave=False):
+        for i, world in enumerate(worlds):
+            recall_or_fly.cache_clear()  # the plane's jumps are made, not remembered
+            started = time.perf_counter()
+            for motion, state in zip(motions[begin : begin + TURN], starts[begin : begin + TURN], strict=True):
+                world.reset(state)
+                world.perform(motion, rng)
+            seconds[i] += time.perf_counter() - started
+    return {
+        "jumps": f"random, from {start}",
+        "n": n,
+        "tumbling [jumps/s]": round(n / seconds[0]),
+        "plane [jumps/s]": round(n / seconds[1]),
+        "ratio": round(seconds[1] / seconds[0], 2),
+    }
+
+
 def processes(n: int) -> dict[str, object]:
     """Return jumps per second of ``sample_motions`` in one and in two processes, in turns, the processes started before."""
     seconds = {1: 0.0, 2: 0.0}
@@ -121,7 +158,8 @@ def main() -> None:
     climbing = samples[samples.on_map & (samples.effects[:, 2] > world.staircase.rise / 2)]
     lines = [compare("random", samples.motions, world), compare("climbing", climbing.motions, world)]
     print(pd.DataFrame(lines).to_string(index=False), end="\n\n")
-    print(pd.DataFrame([processes(min(n, 2000))]).to_string(index=False))
+    print(pd.DataFrame([processes(min(n, 2000))]).to_string(index=False), end="\n\n")
+    print(pd.DataFrame([tumbling(start, min(n, 2000)) for start in ("the start", "treads")]).to_string(index=False))
 
 
 if __name__ == "__main__":
