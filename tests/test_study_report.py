@@ -63,7 +63,7 @@ def test_what_differs_from_the_papers_study_is_named(tmp_path):
     results.description["settings"] |= {"dqn": {"gamma": 0.9}, "restitution": 0.0}
     save_study(results, tmp_path, progress=False)
     text = text_of((tmp_path / "report.html").read_text())
-    assert "DQN has other settings than the published ones, and the risers have a restitution of 0.0" in text
+    assert "DQN has other settings than the published ones and the risers have a restitution of 0.0" in text
 
 
 def test_a_quick_study_is_marked_in_the_report_and_in_each_table_that_is_read(tmp_path):
