@@ -26,7 +26,20 @@ if TYPE_CHECKING:
     from stairlab.drawing import alt_text, new_figure, save_figure
     from stairlab.effects import EffectClasses
     from stairlab.envs import DiscreteMotions, UpTheStairs
-    from stairlab.fidelity import Fidelity, measure_fidelity
+    from stairlab.fidelity import (
+        Fidelity,
+        Rollouts,
+        TreadFidelity,
+        TreadMeasures,
+        climb_table,
+        corner_gaps,
+        fidelity_table,
+        measure_fidelity,
+        measure_tread_fidelity,
+        riser_gaps,
+        roll_out,
+        tread_fidelity_table,
+    )
     from stairlab.physics import Staircase, Trajectory
     from stairlab.pipeline import Run, run_pipeline
     from stairlab.planning import Plan, best_return, jump_reward, jumps_to_climb, trap_width
@@ -98,7 +111,20 @@ _MODULES = {
     ),
     "planning": ("Plan", "best_return", "jump_reward", "jumps_to_climb", "trap_width"),
     "beyond": ("along_stairs_prototypes",),
-    "fidelity": ("Fidelity", "measure_fidelity", "riser_gaps"),
+    "fidelity": (
+        "Fidelity",
+        "Rollouts",
+        "TreadFidelity",
+        "TreadMeasures",
+        "climb_table",
+        "corner_gaps",
+        "fidelity_table",
+        "measure_fidelity",
+        "measure_tread_fidelity",
+        "riser_gaps",
+        "roll_out",
+        "tread_fidelity_table",
+    ),
     "envs": ("DiscreteMotions", "UpTheStairs"),
     "agents": ("Training", "count_parameters", "load_agent", "make_env", "play", "save_agent", "train"),
     "results": ("StudyResults", "load_published_study", "published_studies"),
@@ -117,6 +143,7 @@ _MODULES = {
         "plot_prototypes",
         "plot_reliability",
         "plot_score_curve",
+        "plot_tread_fidelity",
         "plot_world",
     ),
     "drawing": ("alt_text", "new_figure", "save_figure"),

@@ -47,7 +47,7 @@ from stairlab.drawing import (
     marker_handle,
 )
 from stairlab.effects import OFF_THE_MAP, EffectClasses
-from stairlab.fidelity import Fidelity
+from stairlab.fidelity import CLOSE, GAP_BINS, Fidelity, TreadFidelity, TreadMeasures
 from stairlab.physics import CUBE_EDGE, NO_RISER, Staircase, Trajectory
 from stairlab.prototypes import Prototypes
 from stairlab.sampling import Samples
@@ -77,6 +77,10 @@ SET_NAMES = {
     "uniform": "uniform grid",
 }
 """ What a set of prototypes is called in a figure, by its method """
+WORLD_STYLES = {"tumbling": (COLORS[4], "--", "s"), "plane": (COLORS[1], ":", "^")}
+""" Colour, line and marker of a world, beside what was recorded, which is black, with a full line and dots """
+FEWEST = 10
+""" A probability is drawn where at least so many jumps speak of it """
 SHOWN_SHARE = 0.05
 """ A height is named in a class's gloss where at least this share of the class gained it """
 
@@ -947,51 +951,184 @@ def plot_reliability(table: pd.DataFrame, ax: Axes | None = None) -> Figure:
 # How faithful the world is
 
 
-def plot_fidelity(fidelity: Fidelity, axes: Sequence[Axes] | None = None) -> Figure:
+def plot_fidelity(fidelity: Fidelity | Mapping[str, Fidelity], axes: Sequence[Axes] | None = None) -> Figure:
     """Draw how replayed jumps agree with recorded ones: the outcomes as a table, and the two distributions of gaps to the next riser.
 
     Parameters
     ----------
-    fidelity : Fidelity
-        As ``measure_fidelity`` returns it.
-    axes : sequence of two matplotlib Axes, optional
+    fidelity : Fidelity, or mapping of str to Fidelity
+        As ``measure_fidelity`` returns it; or of several worlds by their names. Then there is a table for each, and the jumps that
+        climb are drawn too: how far aside, how turned, and how far from the riser they end.
+    axes : sequence of matplotlib Axes, optional
+        Where to draw, two for one fidelity, four more than worlds for a mapping; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    if isinstance(fidelity, Mapping) and fidelity:
+        return _plot_worlds(fidelity, axes)
+    one: Fidelity = expect("fidelity", fidelity, Fidelity)
+    panels = make_axes(axes, 2, (10.0, 4.3), columns=2)
+    alts = [_draw_outcomes(panels[0], "(a)", one)]
+    alts += [_draw_all_gaps(panels[1], "(b)", one.gaps_recorded, {"replayed": one}, {"replayed": "tumbling"})]
+    return finish(panels[0], " ".join(alts))
+
+
+def _plot_worlds(fidelities: Mapping[str, Fidelity], axes: Sequence[Axes] | None) -> Figure:
+    for one in fidelities.values():
+        expect("each fidelity", one, Fidelity)
+    some, count = next(iter(fidelities.values())), len(fidelities)
+    panels = make_axes(axes, count + 4, (14.0, 4.1 * math.ceil((count + 4) / 3)), columns=3)
+    names = [f"({letter})" for letter in "abcdefghijklmnopqrstuvwxyz"[: count + 4]]
+    alts = [
+        _draw_outcomes(ax, name, one, world)
+        for ax, name, (world, one) in zip(panels, names, fidelities.items(), strict=False)
+    ]
+    rest, names = panels[count:], names[count:]
+    alts += [_draw_all_gaps(rest[0], names[0], some.gaps_recorded, fidelities)]
+    for ax, name, pair, words, unit, scale, limits in (
+        (rest[1], names[1], "aside", "|dx|", "mm", 1000, (-5, 400)),
+        (rest[2], names[2], "yaw", "yaw", "°", 1, (-0.5, 45)),
+        (rest[3], names[3], "gap", "gap to the riser ahead", "mm", 1000, (-5, 400)),
+    ):
+        curves = {world: scale * getattr(one, pair).own for world, one in fidelities.items()}
+        _draw_cumulative(ax, {"recorded": scale * getattr(some, pair).recorded} | curves)
+        distances = {world: getattr(one, pair).ks for world, one in fidelities.items()}
+        ax.set(xlim=limits, xlabel=f"{words} of jumps that climb [{unit}]")
+        ax.set_title(f"{name} jumps that climb: {words}", fontsize=10)
+        alts += [f"{name} Cumulative distributions of {words} where jumps that climb end, {_distances(distances)}."]
+    return finish(panels[0], " ".join(alts))
+
+
+def _draw_outcomes(ax: Axes, name: str, fidelity: Fidelity, world: str = "") -> str:
+    _draw_confusion(ax, fidelity.confusion)
+    share = f"{100 * fidelity.agreement:.2f} ± {100 * fidelity.agreement_se:.2f} % of {fidelity.n} jumps"
+    ax.set_title(f"{name} {world}{': ' if world else ''}same outcome: {share}", fontsize=10)
+    return f"{name} Table of recorded against replayed outcomes{f' ({world})' if world else ''}: {share} have the same."
+
+
+def _draw_all_gaps(
+    ax: Axes,
+    name: str,
+    recorded: np.ndarray,
+    fidelities: Mapping[str, Fidelity],
+    styles: Mapping[str, str] | None = None,
+) -> str:
+    curves = {"recorded": recorded} | {world: one.gaps_replayed for world, one in fidelities.items()}
+    _draw_cumulative(ax, {world: np.maximum(1000 * gaps, 0.01) for world, gaps in curves.items()}, styles)
+    ax.set(xscale="log", xlim=(0.009, 700), xlabel="gap to the next riser [mm]")
+    ax.set_xticks([0.01, 0.1, 1, 10, 100], ["≤ 0.01", "0.1", "1", "10", "100"])
+    distances = {world: one.gap_ks for world, one in fidelities.items()}
+    only = f": Kolmogorov-Smirnov distance {next(iter(distances.values())):.3f}" if len(distances) == 1 else ""
+    ax.set_title(f"{name} gaps{only or ' of all jumps'}", fontsize=10)
+    return f"{name} Cumulative distributions of the gap to the next riser, {_distances(distances)}."
+
+
+def _distances(distances: Mapping[str, float]) -> str:
+    """Say how far curves are from the recorded one."""
+    words = ", ".join(f"{name} {distance:.3f}" for name, distance in distances.items())
+    return f"recorded and of worlds; Kolmogorov-Smirnov distances from the recorded one: {words}"
+
+
+def _draw_cumulative(ax: Axes, curves: Mapping[str, np.ndarray], styles: Mapping[str, str] | None = None) -> None:
+    """Draw the share of values up to each value; a name has the style of a world if there is one of that name, or ``styles`` says."""
+    for place, (name, values) in enumerate(curves.items()):
+        if not len(values):
+            continue
+        color, line, marker = _curve_style((styles or {}).get(name, name), place)
+        drawn: dict[str, Any] = {"markersize": 5, "markevery": 0.12, "linewidth": 1.8}
+        ax.ecdf(values, label=name, color=color, linestyle=line, marker=marker, **drawn)
+    ax.set(ylim=(0, 1.02), ylabel="share at or below [%]")
+    ax.yaxis.set_major_formatter(PercentFormatter(1, symbol=""))
+    ax.grid(color=GRID)
+    ax.spines[["top", "right"]].set_visible(False)
+    if any(map(len, curves.values())):
+        ax.legend(frameon=False, fontsize=9)
+
+
+def _curve_style(name: str, place: int) -> tuple[str, Any, str]:
+    if place == 0:
+        return INK, "-", "o"
+    return WORLD_STYLES.get(
+        name, (COLORS[place % len(COLORS)], LINES[place % len(LINES)], MARKERS[place % len(MARKERS)])
+    )
+
+
+def plot_tread_fidelity(
+    fidelity: TreadFidelity | Mapping[str, TreadFidelity], axes: Sequence[Axes] | None = None
+) -> Figure:
+    """Draw where cubes rest in rollouts, recorded and in worlds: gap, yaw, ``|x|``; and what the gap does to the next jump.
+
+    Parameters
+    ----------
+    fidelity : TreadFidelity, or mapping of str to TreadFidelity
+        As ``measure_tread_fidelity`` returns it; or of several worlds by their names.
+    axes : sequence of four matplotlib Axes, optional
         Where to draw; a new figure by default.
 
     Returns
     -------
     matplotlib Figure
     """
-    expect("fidelity", fidelity, Fidelity)
-    left, right = make_axes(axes, 2, (10.0, 4.3), columns=2)
-    _draw_confusion(left, fidelity.confusion)
-    left.set_title(
-        f"(a) same outcome: {100 * fidelity.agreement:.2f} ± {100 * fidelity.agreement_se:.2f} % of {fidelity.n} jumps",
-        fontsize=10,
-    )
-    for gaps, label, style, color in (
-        (fidelity.gaps_recorded, "recorded", "-", INK),
-        (fidelity.gaps_replayed, "replayed", "--", COLORS[4]),
+    given: Mapping[str, Any] = fidelity if isinstance(fidelity, Mapping) and fidelity else {"own": fidelity}
+    fidelities: dict[str, TreadFidelity] = {name: expect("fidelity", one, TreadFidelity) for name, one in given.items()}
+    panels = make_axes(axes, 4, (10.4, 7.6), columns=2)
+    some = next(iter(fidelities.values()))
+    alts = []
+    for ax, name, pair, words, unit, scale, limits in (
+        (panels[0], "(a)", "gap", "gap to the riser ahead", "cm", 100, (-0.5, 40)),
+        (panels[1], "(b)", "yaw", "yaw", "°", 1, (-0.5, 45)),
+        (panels[2], "(c)", "x", "|x|", "m", 1, (-0.03, 2.46)),
     ):
-        if len(gaps):
-            right.ecdf(np.maximum(1000 * gaps, 0.01), label=label, linestyle=style, color=color, linewidth=1.8)
-    right.set(
-        xscale="log",
-        xlim=(0.009, 700),
-        ylim=(0, 1.02),
-        xlabel="gap to the next riser [mm]",
-        ylabel="share of jumps with at most this gap [%]",
-    )
-    right.yaxis.set_major_formatter(PercentFormatter(1, symbol=""))
-    right.set_xticks([0.01, 0.1, 1, 10, 100], ["≤ 0.01", "0.1", "1", "10", "100"])
-    right.set_title(f"(b) gaps: Kolmogorov-Smirnov distance {fidelity.gap_ks:.3f}", fontsize=10)
-    right.grid(color=GRID)
-    right.spines[["top", "right"]].set_visible(False)
-    right.legend(frameon=False, loc="upper left")
-    return finish(
-        left,
-        f"(a) Table of recorded against replayed outcomes: {100 * fidelity.agreement:.2f} % of {fidelity.n} jumps have the same. "
-        "(b) Cumulative distributions of the gap to the next riser, recorded and replayed: they differ by "
-        f"{fidelity.gap_ks:.3f} at most.",
+        curves = {"reference": scale * getattr(some, pair).recorded}
+        _draw_cumulative(ax, curves | {world: scale * getattr(one, pair).own for world, one in fidelities.items()})
+        distances = {world: getattr(one, pair).ks for world, one in fidelities.items()}
+        ax.set(xlim=limits, xlabel=f"{words} of resting cubes [{unit}]")
+        ax.set_title(f"{name} KS distance: " + ", ".join(f"{w} {d:.2f}" for w, d in distances.items()), fontsize=10)
+        if pair == "gap":
+            _draw_trap(ax)
+        ax.legend(frameon=False, fontsize=9, loc="lower right")
+        alts += [f"{name} Cumulative distributions of {words} of resting cubes, {_distances(distances)}."]
+    measures = {"reference": some.reference} | {world: one.own for world, one in fidelities.items()}
+    alts += [_draw_climbing(panels[3], measures)]
+    return finish(panels[0], " ".join(alts))
+
+
+def _draw_trap(ax: Axes) -> None:
+    ax.axvspan(0, 100 * CLOSE, color=STAIRS, alpha=0.6, linewidth=0, zorder=0, label="within 3 cm: a trap")
+
+
+def _draw_climbing(ax: Axes, measures: Mapping[str, TreadMeasures]) -> str:
+    middles = 50 * (np.array(GAP_BINS[1:]) + GAP_BINS[:-1])
+    tables = {name: measure.climb_by_gap() for name, measure in measures.items()}
+    for place, (name, table) in enumerate(tables.items()):
+        n, climb = table["n"].to_numpy(), table["climb"].to_numpy()
+        seen = n >= FEWEST
+        color, line, marker = _curve_style(name, place)
+        errors = np.sqrt(climb * (1 - climb) / np.maximum(n, 1))[seen]
+        shown = {"color": color, "linestyle": line, "marker": marker, "markersize": 6, "capsize": 3, "linewidth": 1.6}
+        shift = 0.25 * (place - (len(tables) - 1) / 2)  # else markers of equal probabilities hide one another
+        ax.errorbar(
+            middles[seen] + shift,
+            climb[seen],
+            errors,
+            label=f"{name}: {100 * measures[name].climb:.0f} % over all gaps",
+            **shown,
+        )
+    _draw_trap(ax)
+    ax.set(xlim=(-0.5, 40), ylim=(-0.03, 1.05), xlabel="gap to the riser ahead [cm]", ylabel="jumps that climb [%]")
+    ax.yaxis.set_major_formatter(PercentFormatter(1, symbol=""))
+    ax.set_title("(d) jumps of 350 to 650 N at 55 to 75° that climb", fontsize=10)
+    ax.grid(color=GRID)
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.legend(frameon=False, fontsize=9, loc="lower right")
+    bins = ", ".join(tables["reference"].index)
+    rows = [f"{name} {', '.join(f'{100 * p:.0f}' for p in table['climb'])} %" for name, table in tables.items()]
+    over_all = ", ".join(f"{name} {100 * measure.climb:.0f} %" for name, measure in measures.items())
+    return (
+        f"(d) Probability that a jump of 350 to 650 N at 55 to 75 degrees climbs, for gaps of {bins}: "
+        f"{'; '.join(rows).replace('nan', '-')}. Over all gaps: {over_all}."
     )
 
 
