@@ -787,6 +787,8 @@ def measure_tread_fidelity(
     OSError
         If the file cannot be read.
     """
+    whole_number("rollouts", rollouts, low=1)
+    seed_sequence(seed)
     if world is None:
         from stairlab.tumbling import TumblingWorld  # with Numba, which the plane does not need
 

@@ -11,8 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from stairlab import Prototypes, Samples
+from stairlab import Prototypes, Samples, Staircase, StairWorld, roll_out
 from stairlab.cli import _records, main
+from stairlab.fidelity import TREAD_COLUMNS
 
 
 @pytest.fixture(scope="module")
@@ -89,13 +90,85 @@ def test_replay_takes_any_table_of_motions_and_any_number_of_steps(folder, capsy
     assert pd.read_csv(folder / "effects.csv")["dz"][0] == pytest.approx(0.3, abs=1e-3)
 
 
-def test_fidelity_of_own_jumps_is_perfect_and_has_exactly_the_promised_keys(folder, capsys):
+FIDELITY = ["n", "agreement", "dy_error_median_mm", "dy_error_p90_mm", "gap_ks"]
+FIDELITY += ["agreement_se", "n_climbing", "agreement_climbing", "agreement_climbing_se", "climbing"]
+
+
+def test_fidelity_of_own_jumps_is_perfect_in_the_plane_and_has_both_worlds_as_json(folder, capsys):
     status, out, _ = run("fidelity", folder / "samples.csv", "--json", capsys=capsys)
     assert status == 0
     said = json.loads(out)
-    assert list(said) == ["n", "agreement", "dy_error_median_mm", "dy_error_p90_mm", "gap_ks"]
-    assert said["agreement"] == 1
-    assert said["gap_ks"] == 0
+    assert list(said) == [*FIDELITY, "tumbling", "plane"]
+    assert {name: said[name] for name in FIDELITY} == said["plane"]
+    assert (said["agreement"], said["agreement_climbing"], said["gap_ks"]) == (1, 1, 0)
+    assert said["plane"]["climbing"]["share_turned"] == {"recorded": 0, "replayed": 0}
+    assert 0.9 < said["tumbling"]["agreement"] < 1
+    assert said["tumbling"]["climbing"]["share_turned"]["replayed"] > 0.1
+
+
+def test_fidelity_of_one_world_draws_from_its_seed(folder, capsys):
+    figures = []
+    for seed in (3, 3, 4):
+        arguments = ("fidelity", folder / "samples.csv", "--world", "tumbling", "--seed", seed, "--json")
+        status, out, _ = run(*arguments, capsys=capsys)
+        assert status == 0
+        figures.append(json.loads(out))
+    assert list(figures[0]) == [*FIDELITY, "tumbling"]
+    assert {name: figures[0][name] for name in FIDELITY} == figures[0]["tumbling"]
+    assert figures[0] == figures[1] != figures[2]
+
+
+@pytest.fixture(scope="module")
+def treads(folder):
+    """Return a file of the plane's own rollouts."""
+    rolled = roll_out(StairWorld(Staircase.fifteen()), 8, seed=1, progress=False)
+    columns = [rolled.rollout, rolled.jump, rolled.motions, rolled.starts, rolled.ends]
+    pd.DataFrame(np.column_stack(columns), columns=list(TREAD_COLUMNS)).to_csv(folder / "treads.csv", index=False)
+    return folder / "treads.csv"
+
+
+def test_fidelity_on_treads_measures_both_worlds(treads, capsys):
+    status, out, _ = run("fidelity", "--treads", treads, "--rollouts", 8, "--seed", 1, "--json", capsys=capsys)
+    assert status == 0
+    said = json.loads(out)
+    assert list(said) == ["reference", "tumbling", "plane"]
+    distances = dict.fromkeys(["gap_ks", "yaw_ks", "x_ks"], 0)
+    assert said["plane"] == distances | said["reference"]
+    assert said["tumbling"]["yaw_ks"] > 0.5
+    assert len(said["reference"]["climb_by_gap"]) == 6
+    assert [row["yaw"] for row in said["reference"]["climb_by_yaw"]][-1] == "20 to 45°"
+
+
+def test_fidelity_takes_both_files_at_once(folder, treads, capsys):
+    arguments = ("fidelity", folder / "samples.csv", "--treads", treads, "--world", "plane", "--rollouts", 3)
+    status, out, _ = run(*arguments, "--json", capsys=capsys)
+    assert status == 0
+    said = json.loads(out)
+    assert list(said) == [*FIDELITY, "plane", "treads"]
+    assert list(said["treads"])[-2:] == ["reference", "plane"]
+    assert said["treads"]["gap_ks"] == said["treads"]["plane"]["gap_ks"] > 0
+    assert said["treads"]["n_rollouts"] == 3
+
+
+def test_fidelity_shows_tables_and_draws_a_figure_of_each_file(folder, treads, capsys):
+    arguments = ("fidelity", folder / "samples.csv", "--treads", treads, "--rollouts", 3)
+    status, out, err = run(*arguments, "--figure", folder / "both.png", capsys=capsys)
+    assert status == 0
+    for part in (
+        "recorded     ",
+        "300 recorded jumps, replayed",
+        "same outcome class, jumps that climb [%]",
+        "tumbling: recorded (rows) against replayed (columns)",
+        "reference ",
+        "gap: KS distance",
+        "highest step of a rollout, quartiles",
+        "10 to 15 cm",
+        "20 to 45°",
+    ):
+        assert part in out
+    for name in ("both.png", "both_treads.png"):
+        assert (folder / name).read_bytes()[:4] == b"\x89PNG"
+        assert f"figure in {folder / name}" in err
 
 
 @pytest.mark.slow
@@ -129,9 +202,11 @@ def test_an_absurd_file_is_refused_and_nothing_hangs(folder, capsys):
 
 
 def test_fidelity_draws_a_figure(folder, capsys):
-    status, out, _ = run("fidelity", folder / "samples.csv", "--figure", folder / "fidelity.png", capsys=capsys)
+    arguments = ("fidelity", folder / "samples.csv", "--world", "plane", "--figure", folder / "fidelity.png")
+    status, out, _ = run(*arguments, capsys=capsys)
     assert status == 0
-    assert "same outcome class      100.00%" in out
+    assert "100.00 ± 0.00" in out
+    assert "tumbling" not in out
     assert (folder / "fidelity.png").read_bytes()[:4] == b"\x89PNG"
 
 
@@ -157,6 +232,11 @@ def test_run_writes_figures_tables_and_the_report(folder, capsys):
         (["sample", "--output", "."], "is a folder; name a file"),
         (["replay", "missing.csv"], "missing.csv: No such file or directory"),
         (["fidelity", "bad.csv", "--json"], "bad.csv, line 1: the columns"),
+        (["fidelity"], "name a FILE of recorded jumps, or one of recorded rollouts with --treads FILE, or both"),
+        (["fidelity", "--treads", "bad.csv"], "bad.csv, line 1: the columns rollout, jump, magnitude"),
+        (["fidelity", "--treads", "missing.csv"], "missing.csv: No such file or directory"),
+        (["fidelity", "--treads", "bad.csv", "--seed", "-1"], "seed must be at least 0, not -1."),
+        (["fidelity", "--treads", "bad.csv", "--rollouts", "0"], "rollouts must be at least 1, not 0."),
         (["prototypes", "bad.csv"], "bad.csv, line 1: the columns"),
         (["replay", "outside.csv"], "but row 1 is magnitude 2000, angle 45."),
         (["run", "--out", "bad.csv"], "bad.csv is a file; name a folder"),

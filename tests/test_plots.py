@@ -1,5 +1,6 @@
 import ast
 import inspect
+from functools import cache
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -12,12 +13,29 @@ from toy_world import PuckWorld
 
 from stairlab import drawing, plots
 from stairlab.effects import EffectClasses
-from stairlab.fidelity import measure_fidelity
+from stairlab.fidelity import Fidelity, TreadFidelity, TreadMeasures, measure_fidelity, roll_out
 from stairlab.pipeline import Run
 from stairlab.prototypes import effect_prototypes, random_prototypes, uniform_prototypes
 from stairlab.sampling import sample_motions
 from stairlab.tumbling import TumblingWorld
 from stairlab.world import Jump, Staircase, StairWorld
+
+
+def in_worlds(run: Run) -> dict[str, Fidelity]:
+    worlds = {"tumbling": TumblingWorld(), "plane": StairWorld()}
+    return {name: measure_fidelity(run.samples[:60], world, progress=False) for name, world in worlds.items()}
+
+
+@cache
+def on_treads() -> dict[str, TreadFidelity]:
+    """The plane's own rollouts, and the tumbling world's, against other rollouts of the tumbling world."""
+    plane, tumbling = StairWorld(Staircase.fifteen()), TumblingWorld(Staircase.fifteen())
+    other, *own = (
+        TreadMeasures.of(roll_out(world, 20, seed, progress=False))
+        for world, seed in ((tumbling, 1), (tumbling, 0), (plane, 0))
+    )
+    return {name: TreadFidelity(other, measures) for name, measures in zip(("tumbling", "plane"), own, strict=True)}
+
 
 SETS = ("effect", "fixed", "random", "uniform")
 FIGURES = {
@@ -32,6 +50,8 @@ FIGURES = {
     "counts": lambda run: plots.plot_prototype_counts(run.counts),
     "reliability": lambda run: plots.plot_reliability(run.summary()),
     "fidelity": lambda run: plots.plot_fidelity(measure_fidelity(run.samples[:60], progress=False)),
+    "fidelity of worlds": lambda run: plots.plot_fidelity(in_worlds(run)),
+    "treads": lambda run: plots.plot_tread_fidelity(on_treads()),
 }  # fmt: skip
 
 
@@ -50,7 +70,11 @@ def test_every_figure_can_be_drawn_has_alternative_text_and_labels_on_all_axes(f
 
 
 @pytest.mark.parametrize(
-    "name", ["world", "jump", "effect classes", "prototypes", "trajectories", "distributions", "features", "fidelity"]
+    "name",
+    [
+        *("world", "jump", "effect classes", "prototypes", "trajectories", "distributions", "features"),
+        *("fidelity", "fidelity of worlds", "treads"),
+    ],
 )
 def test_axes_name_their_units(name: str) -> None:
     for ax in FIGURES[name](small_run()).axes:
@@ -225,6 +249,9 @@ def trajectories(run: Run, name: str, numbers: list[int] | None = None) -> Figur
         (lambda run: plots.plot_prototype_counts(run.classes.to_frame()), TypeError, "counts must be a table with the columns"),
         (lambda run: plots.plot_reliability(run.summary()[:0]), TypeError, "table must have rows"),
         (lambda run: plots.plot_fidelity({}), TypeError, "fidelity must be Fidelity, not dict"),
+        (lambda run: plots.plot_fidelity({"plane": 3}), TypeError, "each fidelity must be Fidelity, not int"),
+        (lambda run: plots.plot_tread_fidelity({}), TypeError, "fidelity must be TreadFidelity, not dict"),
+        (lambda run: plots.plot_tread_fidelity(on_treads()["plane"], axes=3), ValueError, "axes must be 4 matplotlib Axes"),
         (lambda run: drawing.alt_text(Figure()), ValueError, "no alternative text"),
     ],
 )  # fmt: skip
@@ -350,3 +377,42 @@ def test_prototypes_are_performed_in_the_world_that_is_given() -> None:
     for line, motion in zip(figure.axes[0].lines, motions, strict=True):
         world.reset()
         np.testing.assert_array_equal(line.get_ydata(), world.jump(*motion, trajectory=True).trajectory.z)
+
+
+def test_worlds_are_told_apart_by_more_than_their_colours() -> None:
+    for figure, panels in (
+        (plots.plot_tread_fidelity(on_treads()), 3),
+        (plots.plot_fidelity(in_worlds(small_run())), 4),
+    ):
+        drawn = [[line for line in ax.get_lines() if not line.get_label().startswith("_")] for ax in figure.axes]
+        assert [len(lines) for lines in drawn if lines] == [3] * panels
+        for lines in drawn:
+            assert (
+                len({line.get_linestyle() for line in lines})
+                == len({line.get_marker() for line in lines})
+                == len(lines)
+            )
+
+
+def test_fidelity_on_treads_shows_the_distributions_that_were_measured() -> None:
+    treads = on_treads()
+    figure = plots.plot_tread_fidelity(treads)
+    gap, yaw, _, climb = figure.axes
+    curves = {line.get_label(): line.get_xdata() for line in gap.get_lines()}
+    assert list(curves) == ["reference", "tumbling", "plane"]
+    np.testing.assert_allclose(np.unique(curves["plane"]), 100 * np.unique(treads["plane"].own.gaps))
+    assert f"tumbling {treads['tumbling'].yaw_ks:.2f}, plane {treads['plane'].yaw_ks:.2f}" in yaw.get_title()
+    labels = climb.get_legend_handles_labels()[1]
+    assert f"plane: {100 * treads['plane'].own.climb:.0f} % over all gaps" in labels
+    words = drawing.alt_text(figure)
+    assert f"plane {treads['plane'].gap_ks:.3f}" in words
+    assert "nan" not in words
+
+
+def test_one_world_alone_can_be_drawn() -> None:
+    treads, start = on_treads()["plane"], in_worlds(small_run())["plane"]
+    assert len(plots.plot_tread_fidelity(treads).axes) == 4
+    assert len(plots.plot_fidelity({"plane": start}).axes) == 5
+    assert len(plots.plot_fidelity(start).axes) == 2
+    axes = Figure().subplots(2, 2)
+    assert plots.plot_tread_fidelity(treads, axes.ravel()).axes == list(axes.ravel())
