@@ -4,8 +4,9 @@ import math
 import numpy as np
 import pytest
 
-from stairlab import Samples, Staircase, StairWorld, alt_text, riser_gaps
+from stairlab import Samples, Staircase, StairWorld, TumblingWorld, alt_text, riser_gaps
 from stairlab.course import the_world
+from stairlab.fidelity import Rollouts, TreadMeasures
 from stairlab.physics import FALL
 
 
@@ -219,3 +220,53 @@ def test_a_jump_is_said_in_words(world):
     down = world.jump(100, 60)
     object.__setattr__(down, "end", down.end - np.array([0, 0, 0.6, 0, 0, 0, 0, 0]))
     assert the_world.outcome_words(down) in {"off the map", "2 steps down"}
+
+
+# The plane and three dimensions
+
+
+@pytest.mark.parametrize("draw", [0, 1])
+@pytest.mark.parametrize("magnitude", [300, 500, 700])
+def test_either_world_is_drawn_with_what_its_jump_did(magnitude, draw):
+    jump = TumblingWorld().jump(magnitude, 70, np.random.default_rng(draw))
+    figure = the_world.draw_in_either_world("tumbling", magnitude, draw)
+    assert f"In three dimensions, draw {draw}." in alt_text(figure)
+    assert f"It is {100 * abs(jump.end[0]):.0f} cm aside" in alt_text(figure)
+    assert the_world.outcome_words(jump) in words_in(figure)
+    flat = the_world.draw_in_either_world("plane", magnitude, draw)
+    assert "It is 0 cm aside, turned by 0°" in alt_text(flat)
+    assert [ax.axis() for ax in flat.axes] == [ax.axis() for ax in figure.axes]
+
+
+def test_a_draw_changes_nothing_in_the_plane():
+    def path(world, draw):
+        return the_world.draw_in_either_world(world, 500, draw).axes[0].lines[0].get_xydata()
+
+    np.testing.assert_array_equal(path("plane", 0), path("plane", 1))
+    assert len(path("tumbling", 0)) != len(path("tumbling", 1))
+
+
+def test_the_explorer_of_both_worlds_starts_with_a_jump_that_rolls_aside():
+    assert "It is 12 cm aside, turned by 30° about the vertical" in alt_text(the_world.draw_in_either_world())
+
+
+def test_both_views_of_the_explorer_have_one_scale():
+    figure = the_world.draw_in_either_world()
+    figure.canvas.draw()
+    side, above = (ax.get_window_extent() for ax in figure.axes)
+    assert (side.x0, side.x1) == pytest.approx((above.x0, above.x1), abs=1)
+
+
+def test_a_moment_of_a_tumbling_jump_shows_the_turned_cube():
+    rolled = TumblingWorld().jump(500, 70, np.random.default_rng(0), trajectory=True)
+    *_, cube = the_world.draw_moment(rolled, 800).axes[0].patches
+    assert len(cube.get_xy()) - 1 == 6
+
+
+def test_what_is_said_of_the_engine_is_what_its_jumps_on_treads_show(reference_csv):
+    path = reference_csv.parent / "tread_jumps.csv"
+    if not path.is_file():
+        pytest.skip(f"The jumps from treads are not at {path}.")
+    measured = TreadMeasures.of(Rollouts.from_csv(path))
+    for name, share in the_world.tread_shares(measured).items():
+        assert the_world.ENGINE[name] == pytest.approx(share, abs=0.02), name
