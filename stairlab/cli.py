@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from stairlab.fidelity import Fidelity, TreadFidelity
     from stairlab.results import StudyResults
-    from stairlab.world import StairWorld
+    from stairlab.world import CubeWorld
 
 DESCRIPTION = """\
 Learn "Unsupervised Learning of Effective Actions in Robotics" by running it: a cube jumps at random before stairs (Algorithm 1), its
@@ -87,6 +87,7 @@ def build_parser() -> argparse.ArgumentParser:
 
     run = _add(commands, "run", _run, "the whole pipeline: figures, tables and a report into a folder")
     _add_sampling(run)
+    _add_world(run, "plane")
     run.add_argument("--out", type=Path, default=Path("out"), metavar="FOLDER", help="where to write (default: out)")
 
     sample = _add(commands, "sample", _sample, "perform random jumps and write them to a CSV file (Algorithm 1)")
@@ -105,7 +106,8 @@ def build_parser() -> argparse.ArgumentParser:
         help="jump from the start pose, or from drawn ones (default: fixed)",
     )
     sample.add_argument("--integer-angles", action="store_true", help="round the angles, as in the published samples")
-    sample.add_argument("--x-drift", action="store_true", help="let x drift (Appendix C)")
+    sample.add_argument("--x-drift", action="store_true", help="in the plane, let x drift (Appendix C)")
+    _add_world(sample, "plane")
     _add_steps(sample)
 
     prototypes = _add(commands, "prototypes", _prototypes, "samples in, effect classes, counts and prototypes out")
@@ -147,7 +149,8 @@ def build_parser() -> argparse.ArgumentParser:
         "motions", type=Path, metavar="MOTIONS", help="CSV file with the columns magnitude [N] and angle [degrees]"
     )
     replay.add_argument("--output", type=Path, metavar="FILE", help="write motions and effects to this CSV file")
-    replay.add_argument("--x-drift", action="store_true", help="let x drift (Appendix C)")
+    replay.add_argument("--x-drift", action="store_true", help="in the plane, let x drift (Appendix C)")
+    _add_world(replay, "plane")
     _add_steps(replay)
     _add_seed(replay)
 
@@ -161,7 +164,8 @@ def build_parser() -> argparse.ArgumentParser:
         "part",
         nargs="?",
         default="paper",
-        help="paper (default), restitution-0, restitution-0.1 (the same in other worlds), or beyond (better sets and DQN settings)",
+        help="tumbling (three dimensions), tumbling-as-published, paper (default: the same in the plane), restitution-0, "
+        "restitution-0.1 (with other risers), or beyond (better sets and DQN settings)",
     )
     published.add_argument("--out", type=Path, metavar="FOLDER", help="where to write (default: published-PART)")
 
@@ -333,10 +337,11 @@ def _seeds(text: str) -> Sequence[int]:
     return range(first, last + 1)
 
 
-def _world(options: argparse.Namespace) -> StairWorld:
-    from stairlab.world import Staircase, StairWorld
+def _world(options: argparse.Namespace) -> CubeWorld:
+    from stairlab.physics import Staircase
+    from stairlab.tumbling import stair_world
 
-    return StairWorld(Staircase(options.steps), x_drift=options.x_drift)
+    return stair_world(options.world, Staircase(options.steps), x_drift=options.x_drift)
 
 
 def _run(options: argparse.Namespace) -> None:
@@ -344,7 +349,7 @@ def _run(options: argparse.Namespace) -> None:
     from stairlab.report import save_run
 
     _check_writable(options.out, folder=True)
-    run = run_pipeline(n=options.n, seed=options.seed, n_jobs=options.jobs)
+    run = run_pipeline(n=options.n, seed=options.seed, n_jobs=options.jobs, world=options.world)
     save_run(run, options.out)
     _show({"summary": run.summary()}, options)
     _say(f"figures, tables and report in {options.out}: open {options.out / 'report.html'}")

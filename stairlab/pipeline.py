@@ -26,7 +26,8 @@ from stairlab.prototypes import (
     uniform_prototypes,
 )
 from stairlab.sampling import Samples, sample_motions
-from stairlab.world import Jump, StairWorld
+from stairlab.tumbling import stair_world
+from stairlab.world import CubeWorld, Jump
 
 FIXED = 5
 """ Prototypes for each class in the paper's method (b) """
@@ -56,7 +57,7 @@ class Run:
     ----------
     n, seed, replays : int
         What the run was asked for.
-    world : StairWorld
+    world : StairWorld or TumblingWorld
         Where it took place.
     example : Jump
         One jump with its trajectory, for figure 1.
@@ -73,7 +74,7 @@ class Run:
     reliability : dict of str to Reliability
         What each set does, exactly and under noise.
     classes_x : EffectClasses
-        Classes on (dx, dy, dz) of the same jumps with x drift on (Appendix C).
+        Classes on (dx, dy, dz) of the same jumps, in the plane with x drift on (Appendix C).
     together : str
         Which classes share a class on (dx, dy, dz), where most of their jumps are, such as "C1+C2, C3+C4, C5+C6".
     merges : pandas.DataFrame
@@ -87,7 +88,7 @@ class Run:
     n: int
     seed: int
     replays: int
-    world: StairWorld = field(repr=False)
+    world: CubeWorld = field(repr=False)
     example: Jump = field(repr=False)
     samples: Samples = field(repr=False)
     classes: EffectClasses = field(repr=False)
@@ -135,7 +136,13 @@ class Run:
 
 
 def run_pipeline(
-    n: int = 2000, seed: int = 0, n_jobs: int = 1, progress: bool = True, *, replays: int = NOISY_REPLAYS
+    n: int = 2000,
+    seed: int = 0,
+    n_jobs: int = 1,
+    progress: bool = True,
+    *,
+    replays: int = NOISY_REPLAYS,
+    world: str = "plane",
 ) -> Run:
     """Run the paper's method from the first random jump to measured action prototypes.
 
@@ -154,6 +161,9 @@ def run_pipeline(
         Show progress bars.
     replays : int
         Noisy replays of each prototype.
+    world : {"plane", "tumbling"}
+        Where the cube jumps: in the plane, where sideways drift is a small random model, or in three dimensions, where it turns and
+        rolls.
 
     Returns
     -------
@@ -171,10 +181,11 @@ def run_pipeline(
     """
     n, seed = whole_number("n", n, low=1), whole_number("seed", seed, low=0)
     replays = whole_number("replays", replays, low=1)
-    world = StairWorld()
+    place = stair_world(world)
     notes: list[str] = []
-    samples = sample_motions(world, n, seed, n_jobs, progress=progress)
-    with_x = sample_motions(StairWorld(x_drift=True), n, seed, n_jobs, progress=progress)
+    samples = with_x = sample_motions(place, n, seed, n_jobs, progress=progress)
+    if world == "plane":
+        with_x = sample_motions(stair_world(world, x_drift=True), n, seed, n_jobs, progress=progress)
     with tqdm(total=3 + len(METHODS), desc="classes", disable=not progress, leave=False, delay=0.5) as bar:
 
         def now(what: str) -> None:
@@ -189,23 +200,23 @@ def run_pipeline(
         now("prototypes")
         counts = _counts(classes, notes)
         sets = {
-            "effect": effect_prototypes(classes, seed, counts=counts, world=world),
-            "fixed": effect_prototypes(classes, seed, fixed=FIXED, world=world),
-            "uniform": uniform_prototypes(world),
-            "random": random_prototypes(world, seed=seed),
+            "effect": effect_prototypes(classes, seed, counts=counts, world=place),
+            "fixed": effect_prototypes(classes, seed, fixed=FIXED, world=place),
+            "uniform": uniform_prototypes(place),
+            "random": random_prototypes(place, seed=seed),
         }
         for name in VARIANTS:
-            sets[name] = effect_prototypes(classes, seed, counts=counts, refine=name, world=world)
+            sets[name] = effect_prototypes(classes, seed, counts=counts, refine=name, world=place)
         measured = {}
         for name, prototypes in sets.items():
             now(f"replays: {name}")
-            measured[name] = reliability(world, prototypes, classes, seed, replays=replays)
+            measured[name] = reliability(place, prototypes, classes, seed, replays=replays)
     return Run(
         n=n,
         seed=seed,
         replays=replays,
-        world=world,
-        example=StairWorld().jump(*EXAMPLE_MOTION, trajectory=True),
+        world=place,
+        example=stair_world(world).jump(*EXAMPLE_MOTION, trajectory=True),
         samples=samples,
         classes=classes,
         presets=presets,

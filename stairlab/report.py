@@ -28,6 +28,7 @@ from stairlab._files import write_bytes, write_whole
 from stairlab.effects import EffectClasses
 from stairlab.physics import CUBE_EDGE, CUBE_MASS, PUSH_STEPS, TIME_STEP
 from stairlab.prototypes import LARGEST_CV, MAX_COUNT, NEIGHBOURS
+from stairlab.tumbling import TumblingWorld
 
 if TYPE_CHECKING:
     from stairlab.pipeline import Run
@@ -202,6 +203,7 @@ def _context(run: Run) -> dict[str, Any]:
     methods = dict(zip(run.reliability, run.summary().to_dict("records"), strict=True))
     return {
         "run": run,
+        "tumbling": isinstance(run.world, TumblingWorld),
         "constants": {
             "mass": CUBE_MASS,
             "edge": CUBE_EDGE,
