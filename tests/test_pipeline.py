@@ -117,3 +117,12 @@ def test_a_save_that_fails_half_way_leaves_only_whole_files(tmp_path) -> None:
     assert "figure_1_world.png" in names
     assert "report.html" not in names
     assert not any(name.startswith(".") for name in names)
+
+
+def test_in_three_dimensions_the_same_jumps_have_their_own_sideways_effects() -> None:
+    run = run_pipeline(n=300, seed=0, replays=2, progress=False, world="tumbling")
+    assert type(run.world).__name__ == "TumblingWorld"
+    assert run.classes_x.samples is run.samples
+    assert np.ptp(run.samples.effect("dx")) > 0.1
+    with pytest.raises(ValueError, match="world must be one of 'plane', 'tumbling', not 'space'"):
+        run_pipeline(n=300, world="space")
