@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 
 import numpy as np
 
 from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.planning import MAX_JUMPS, Plan, ends_episode, jump_reward
 from stairlab.prototypes import Prototypes
-from stairlab.world import FEATURES, Jump, StairWorld
+from stairlab.world import FEATURES, CubeWorld, Jump, StairWorld, yaw_of
 
 OBSERVED = [FEATURES.index(name) for name in ("x", "y", "z", "d_obs")]
 MIDDLE = 7
@@ -45,9 +45,12 @@ READINGS: dict[str, Callable[[float, float], float]] = {
 
 
 def gap_of(state: np.ndarray, staircase: Staircase) -> float:
-    """Return the gap between the cube's front face and the riser ahead [m]; infinite on the last tread."""
-    y = float(state[1])
-    return float(staircase.next_riser(y) - y - CUBE_EDGE / 2)
+    """Return the gap between the cube's front face, or its foremost corner if it is turned, and the riser ahead [m].
+
+    It is infinite on the last tread. In the plane no cube is turned about the vertical.
+    """
+    y, yaw = float(state[1]), math.radians(abs(yaw_of(*state[3:7])))
+    return float(staircase.next_riser(y) - y - CUBE_EDGE / 2 * (math.cos(yaw) + math.sin(yaw)))
 
 
 def step_of(state: np.ndarray, staircase: Staircase) -> int:
@@ -64,10 +67,13 @@ class Game:
     ----------
     motions : Prototypes or array-like of shape (n_motions, 2)
         Magnitude [N] and angle [deg].
-    staircase : Staircase, optional
-        Fifteen steps by default.
+    staircase : Staircase or world of the stairs, optional
+        The stairs, which are then those of the plane; fifteen steps by default. Or a world, such as ``TumblingWorld(staircase)``.
     max_jumps : int
         Jumps in an episode.
+    seed : int, optional
+        For a world that is random: jump i draws its rocking from this seed and i, so that undoing a jump does not change it. Without
+        one, the cube rocks in the fixed way, as in ``best_return``.
 
     Attributes
     ----------
@@ -82,13 +88,20 @@ class Game:
     """
 
     def __init__(
-        self, motions: Prototypes | np.ndarray, staircase: Staircase | None = None, max_jumps: int = MAX_JUMPS
+        self,
+        motions: Prototypes | np.ndarray,
+        staircase: Staircase | CubeWorld | None = None,
+        max_jumps: int = MAX_JUMPS,
+        seed: int | None = None,
     ) -> None:
         given = motions.motions if isinstance(motions, Prototypes) else np.asarray(motions)
         self.motions = given.astype(np.float32).astype(float)
-        self.staircase = staircase or Staircase.fifteen()
         self.max_jumps = max_jumps
-        self._world = StairWorld(self.staircase)
+        self.seed = seed
+        world = staircase if isinstance(staircase, CubeWorld) else StairWorld(staircase or Staircase.fifteen())
+        self._world = copy.copy(world)  # a jump replaces the state of the copy
+        self.staircase = world.staircase
+        self._paths: dict[tuple[float, ...], Jump] = {}
         self.restart()
 
     def restart(self) -> None:
@@ -119,7 +132,7 @@ class Game:
             raise ValueError("The episode is over: restart, or undo the last jump.")
         if not 0 <= action < len(self.motions):
             raise ValueError(f"action must be a whole number from 0 to {len(self.motions) - 1}, not {action!r}.")
-        jump = self._world.perform(self.motions[action])
+        jump = self._world.perform(self.motions[action], self._rng(len(self.actions)))
         self.states.append(jump.end)
         self.actions.append(int(action))
         self.rewards.append(jump_reward(jump.dz, self.staircase.rise))
@@ -129,16 +142,34 @@ class Game:
     def lead(self, action: int) -> Jump | None:
         """Return the jump that a motion would make from here, without making it; None if it were not over in time."""
         try:
-            return self._world.perform(self.motions[action])
+            return self._world.perform(self.motions[action], self._rng(len(self.actions)))
         except RuntimeError:
             return None
         finally:
             self._world.reset(self.states[-1])
 
     def path(self, number: int) -> Jump:
-        """Return the jump ``number``, from 1, with its trajectory."""
-        motion = self.motions[self.actions[number - 1]]
-        return _flown(self.staircase, tuple(self.states[number - 1].tolist()), *motion.tolist())
+        """Return the jump ``number``, from 1, with its trajectory; kept, as the films of an episode draw each many times."""
+        start, motion = self.states[number - 1], self.motions[self.actions[number - 1]]
+        key = (number, *start.tolist(), *motion.tolist())
+        if key not in self._paths:
+            world = copy.copy(self._world)
+            world.reset(start)
+            magnitude, angle = motion.tolist()
+            self._paths[key] = world.jump(magnitude, angle, self._rng(number - 1), trajectory=True)
+        return self._paths[key]
+
+    def _rng(self, jump: int) -> np.random.Generator | None:
+        return None if self.seed is None else np.random.default_rng((self.seed, jump))
+
+    def on_map(self, number: int) -> bool:
+        """Whether the cube is on the map after jump ``number``."""
+        return self._world.on_map(self.states[number])
+
+    @property
+    def tumbles(self) -> bool:
+        """Whether it is played in a world in which the cube can end aside and turned."""
+        return not isinstance(self._world, StairWorld)
 
     @property
     def over(self) -> bool:
@@ -181,19 +212,12 @@ class Game:
         return bool(self.steps[-1] >= self.staircase.n_steps)
 
 
-@lru_cache(maxsize=256)
-def _flown(staircase: Staircase, state: tuple[float, ...], magnitude: float, angle: float) -> Jump:
-    """Return a jump with its trajectory; the films of an episode draw each many times."""
-    world = StairWorld(staircase)
-    world.reset(np.array(state))
-    return world.jump(magnitude, angle, trajectory=True)
-
-
 def play(
     motions: Prototypes | np.ndarray,
     policy: Callable[[np.ndarray], int],
-    staircase: Staircase | None = None,
+    staircase: Staircase | CubeWorld | None = None,
     max_jumps: int = MAX_JUMPS,
+    seed: int | None = None,
 ) -> Game:
     """Play an episode by a policy.
 
@@ -203,23 +227,25 @@ def play(
         Magnitude [N] and angle [deg].
     policy : callable
         Takes the observation (x, y, z, d_obs) [m] and returns the number of a motion.
-    staircase : Staircase, optional
-        Fifteen steps by default.
+    staircase : Staircase or world of the stairs, optional
+        As of ``Game``.
     max_jumps : int
         Jumps in an episode.
+    seed : int, optional
+        As of ``Game``.
 
     Returns
     -------
     Game
     """
-    game = Game(motions, staircase, max_jumps)
+    game = Game(motions, staircase, max_jumps, seed)
     while not game.over:
         game.jump(policy(game.observation))
     return game
 
 
 def repeat(motion: Sequence[float], staircase: Staircase | None = None) -> Game:
-    """Play an episode of one motion, again and again; it stops early where the cube does not move any more.
+    """Play an episode of one motion in the plane, again and again; it stops early where the cube does not move any more.
 
     Returns
     -------
@@ -234,8 +260,8 @@ def repeat(motion: Sequence[float], staircase: Staircase | None = None) -> Game:
     return game
 
 
-def replay_plan(motions: Prototypes | np.ndarray, plan: Plan, staircase: Staircase | None = None) -> Game:
-    """Return the episode that a search found, played from the start."""
+def replay_plan(motions: Prototypes | np.ndarray, plan: Plan, staircase: Staircase | CubeWorld | None = None) -> Game:
+    """Return the episode that a search found, played from the start in the world that was searched."""
     game = Game(motions, staircase, int(plan.settings["max_jumps"]))
     for action in plan.motions.tolist():
         game.jump(action)
@@ -246,7 +272,7 @@ def replay_plan(motions: Prototypes | np.ndarray, plan: Plan, staircase: Stairca
 
 
 def from_gap(motion: np.ndarray, gap: float, staircase: Staircase | None = None) -> tuple[int, float]:
-    """Perform a motion from upright at a gap before a riser in the middle of the stairs.
+    """Perform a motion from upright at a gap before a riser in the middle of the stairs, in the plane.
 
     Parameters
     ----------

@@ -8,12 +8,13 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from stairlab.course.explore import DPI, Live
 from stairlab.course.game import (
@@ -42,11 +43,14 @@ from stairlab.drawing import (
     new_figure,
     quick_png,
 )
+from stairlab.endings import TRAP
+from stairlab.fidelity import Rollouts, TreadMeasures, corner_gaps, levels, yaws
 from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.planning import DEAD_BAND, Plan
-from stairlab.plots import draw_cube, draw_stairs, pose
+from stairlab.plots import draw_cube, draw_cube_from_above, draw_stairs, draw_stairs_from_above, pose
 from stairlab.prototypes import Prototypes
-from stairlab.world import StairWorld
+from stairlab.tumbling import TumblingWorld
+from stairlab.world import MAP_HALF_WIDTH, CubeWorld, Jump, StairWorld, yaw_of
 
 if TYPE_CHECKING:
     import ipywidgets
@@ -66,6 +70,13 @@ CLOSE_UP = 0.75
 """ Half the width of a close-up [m] """
 HEADROOM = 0.6
 """ Height shown above the cube, at least [m] """
+TURNED = 10
+""" A cube that bumps into a riser turned about the vertical, by this much [deg] """
+BUMPS = ("plane", "tumbling", f"tumbling, turned by {TURNED}°")
+""" Worlds in which a cube bumps into a riser, and how it stands before it """
+WORLD_STYLES = {"plane": (COLORS[1], "o"), "tumbling": (COLORS[2], "s")}
+YAW_BINS = {"below 0.5°": (0.0, 0.5), "0.5 to 5°": (0.5, 5.0), "above 5°": (5.0, 46.0)}
+""" How far a trapped cube is turned about the vertical, from and below [deg] """
 
 
 # Equation 5 and its readings
@@ -104,7 +115,8 @@ def draw_episode(game: Game, jumps: int | None = None) -> Figure:
     figure.set_layout_engine(None)
     ax.set_position((0.09, 0.33, 0.89, 0.62))
     ledger.set_position((0.09, 0.08, 0.89, 0.17))
-    paths = [path for number in range(1, count + 1) if (path := game.path(number).trajectory) is not None]
+    made = [game.path(number) for number in range(1, count + 1)]
+    paths = [jump.trajectory for jump in made if jump.trajectory is not None]
     _stairs_of(ax, game, max((float(path.z.max()) for path in paths), default=0.0))
     for number, path in enumerate(paths, 1):
         last = number == count
@@ -114,8 +126,33 @@ def draw_episode(game: Game, jumps: int | None = None) -> Figure:
     draw_cube(ax, *pose(game.states[count]))
     ax.set_title(_after(game, count), fontsize=10, loc="left")
     _ledger(ledger, game, count)
+    if game.tumbles:
+        ax.set_position((0.09, 0.42, 0.89, 0.53))
+        ledger.set_position((0.09, 0.07, 0.89, 0.12))
+        _from_above(figure.add_axes(_below(ax, 0.26, 0.12)), ax, game, made)
     setattr(figure, "stairlab_alt", _words_of_episode(game, count))  # noqa: B010
     return figure
+
+
+def _below(ax: Axes, bottom: float, height: float) -> tuple[float, float, float, float]:
+    """Return a place as wide as what is drawn of axes of equal scales."""
+    ax.apply_aspect()
+    box = ax.get_position()
+    return box.x0, bottom, box.width, height
+
+
+def _from_above(ax: Axes, side: Axes, game: Game, jumps: Sequence[Jump]) -> None:
+    """Draw an episode's jumps from above, over as much of the stairs as its side view shows."""
+    draw_stairs_from_above(ax, game.staircase, *side.get_xlim())
+    for number, jump in enumerate(jumps, 1):
+        last = number == len(jumps)
+        if (path := jump.trajectory) is not None and path.x is not None:
+            ax.plot(path.y, path.x, color=PATH if last else FAINT, linewidth=1.4 if last else 0.7, zorder=3)
+    state = game.states[len(jumps)]
+    draw_cube_from_above(ax, state[0], state[1], state[3:7], zorder=4)
+    aside = max(0.5, 0.15 + max(abs(float(state[0])) for state in game.states))
+    ax.set(xlabel="", ylim=(aside, -aside), aspect="auto", yticks=[-round(aside - 0.1, 1), 0, round(aside - 0.1, 1)])
+    ax.tick_params(labelbottom=False, labelsize=8)
 
 
 def _stairs_of(ax: Axes, game: Game, highest: float) -> None:
@@ -155,7 +192,7 @@ def _after(game: Game, count: int) -> str:
 
 def _gained(game: Game, count: int) -> str:
     gained = int(game.gains[count - 1])
-    if math.isinf(game.gaps[count]) and not game.on_top:
+    if not game.on_map(count):
         return "off the stairs"
     return f"{gained:+d} step{'s' if abs(gained) != 1 else ''}" if gained else "no step"
 
@@ -167,9 +204,10 @@ def _number(value: float) -> str:
 
 def _words_of_episode(game: Game, count: int) -> str:
     gains = ", ".join(f"{gain:+d}" for gain in game.gains[:count].tolist())
+    aside = f" It is {100 * game.states[count][0]:.0f} cm aside, seen from above." if game.tumbles else ""
     return (
         f"Side view of the stairs with the first {count} of {len(game.actions)} jumps, and a bar for each: "
-        f"{_after(game, count)}. Steps gained: {gains or 'none yet'}."
+        f"{_after(game, count)}. Steps gained: {gains or 'none yet'}.{aside}"
     )
 
 
@@ -236,7 +274,7 @@ def draw_ways_out(**sets: Prototypes) -> Figure:
 
 
 def draw_push(gap: int = 10, angle: int = 85, magnitude: int = 500) -> Figure:
-    """Draw a push off close to a riser: its straight line, and what becomes of the cube.
+    """Draw a push off close to a riser, in the plane: its straight line, and what becomes of the cube.
 
     Parameters
     ----------
@@ -251,35 +289,171 @@ def draw_push(gap: int = 10, angle: int = 85, magnitude: int = 500) -> Figure:
     -------
     matplotlib Figure
     """
-    stairs, world = Staircase(), StairWorld()
-    riser, half, front = stairs.first_riser, CUBE_EDGE / 2, stairs.first_riser - gap / 1000
-    world.reset(world.state_at(front - half, half))
-    jump = world.jump(magnitude, angle, trajectory=True)
-    gained, after = step_of(jump.end, stairs), gap_of(jump.end, stairs)
-    reach = gap / 1000 * math.tan(math.radians(angle))
-    said = (
-        f"+{gained} step{'s' if gained != 1 else ''}" if gained else f"no step, rests {1000 * after:.3g} mm before it"
-    )
+    world = StairWorld()
+    jump = _jump_before_riser(world, gap, angle, magnitude)
     (ax,) = make_axes(None, 1, (5.6, 4.6))
     ax.figure.figure.set_layout_engine(None)
     ax.set_position((0.13, 0.12, 0.83, 0.78))
-    draw_stairs(ax, stairs, 1.0, 0.0)
-    ax.set(xlim=(min(0.12, float(jump.end[1]) - 0.1), 1.32), ylim=(-0.06, 0.86))
-    if jump.trajectory is not None:
-        path = jump.trajectory
-        ax.plot(path.y, path.z, color=PATH, linewidth=1.4, zorder=3)
-    draw_cube(ax, *pose(jump.start))
-    draw_cube(ax, *pose(jump.end), facecolor="white", alpha=0.85)
+    _draw_jump_before_riser(ax, world.staircase, jump)
+    stairs, front = world.staircase, float(jump.start[1]) + CUBE_EDGE / 2
+    reach, said = gap / 1000 * math.tan(math.radians(angle)), _what_becomes(jump, stairs)
     top = min(reach, 0.8)
     ax.plot([front, front + top / math.tan(math.radians(angle))], [0, top], "--", color=INK, linewidth=1.2, zorder=5)
     if reach == top:
-        ax.plot([riser], [reach], marker="o" if reach > stairs.rise else "X", color=INK, markersize=7, zorder=6)
+        marker = "o" if reach > stairs.rise else "X"
+        ax.plot([stairs.first_riser], [reach], marker=marker, color=INK, markersize=7, zorder=6)
     ax.set_title(f"g tan α = {reach:.3f} m, h = {stairs.rise} m: {said}", fontsize=9, loc="left")
     return finish(
         ax,
         f"Close-up of a riser of {stairs.rise} m. The cube stands {gap} mm before it and is pushed with {magnitude} N at {angle}°. "
         f"The straight line of its lower front corner meets the riser at {reach:.3f} m: {said}.",
     )
+
+
+def draw_bump(world: str = "plane", angle: int = 75, gap: int = 5, magnitude: int = 500) -> Figure:
+    """Draw a push off close to a riser from the side and from above, in one of the two worlds.
+
+    Parameters
+    ----------
+    world : {"plane", "tumbling", "tumbling, turned by 10°"}
+        The world, and how the cube stands. Where it tumbles, it rocks in the fixed way.
+    angle : int
+        Of the push [deg].
+    gap : int
+        Between the cube's foremost corner and the riser [mm].
+    magnitude : int
+        Of the push [N].
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    where: CubeWorld = StairWorld() if world == BUMPS[0] else TumblingWorld()
+    stairs = where.staircase
+    jump = _jump_before_riser(where, gap, angle, magnitude, TURNED if world == BUMPS[2] else 0.0)
+    figure, (side, above) = new_figure(
+        f"Close-up of a riser, from the side and from above. {world}: the cube stands {gap} mm before it and is pushed with "
+        f"{magnitude} N at {angle}°: {_what_becomes(jump, stairs)}.",
+        panels=2,
+        size=(5.6, 5.8),
+        columns=1,
+    )
+    figure.set_layout_engine(None)
+    side.set_position((0.13, 0.5, 0.84, 0.45))
+    _draw_jump_before_riser(side, stairs, jump)
+    side.set(xlim=(-0.06, 1.22), ylim=(-0.06, 0.62), xlabel="", xticks=[])
+    above.set_position(_below(side, 0.07, 0.42))
+    draw_stairs_from_above(above, stairs, *side.get_xlim())
+    above.set(ylim=(0.14, -0.5), yticks=(-0.4, -0.2, 0), anchor="N")
+    if jump.trajectory is not None and jump.trajectory.x is not None:
+        above.plot(jump.trajectory.y, jump.trajectory.x, color=PATH, linewidth=1.4, zorder=3)
+    for state, look in ((jump.start, {}), (jump.end, {"facecolor": "white", "alpha": 0.85})):
+        draw_cube_from_above(above, state[0], state[1], state[3:7], **look)
+    side.set_title(f"{world}: {_what_becomes(jump, stairs)}", fontsize=9, loc="left")
+    return figure
+
+
+def _jump_before_riser(world: CubeWorld, gap: float, angle: float, magnitude: float, turned: float = 0.0) -> Jump:
+    """Jump with the foremost corner ``gap`` [mm] before the first riser, turned about the vertical [deg]."""
+    yaw = math.radians(turned)
+    reach = CUBE_EDGE / 2 * (math.cos(yaw) + math.sin(yaw))
+    world.reset(world.state_at(world.staircase.first_riser - gap / 1000 - reach, CUBE_EDGE / 2, yaw=yaw))
+    return world.jump(magnitude, angle, trajectory=True)
+
+
+def _what_becomes(jump: Jump, stairs: Staircase) -> str:
+    gained, after = step_of(jump.end, stairs), gap_of(jump.end, stairs)
+    if gained:
+        return f"+{gained} step{'s' if gained != 1 else ''}"
+    turned = abs(yaw_of(*jump.end[3:7]))
+    return f"no step, rests {1000 * after:.3g} mm before it" + (f", turned by {turned:.0f}°" if turned >= 0.5 else "")
+
+
+def _draw_jump_before_riser(ax: Axes, stairs: Staircase, jump: Jump) -> None:
+    draw_stairs(ax, stairs, 1.0, 0.0)
+    ax.set(xlim=(min(0.12, float(jump.end[1]) - 0.1), 1.32), ylim=(-0.06, 0.86))
+    if jump.trajectory is not None:
+        ax.plot(jump.trajectory.y, jump.trajectory.z, color=PATH, linewidth=1.4, zorder=3)
+    draw_cube(ax, *pose(jump.start))
+    draw_cube(ax, *pose(jump.end), facecolor="white", alpha=0.85)
+
+
+# The trap in both worlds
+
+
+def after_bumps(rollouts: Rollouts, staircase: Staircase | None = None) -> pd.DataFrame:
+    """Say what becomes of the cubes that lie in the trap, within 3 cm of a riser, by one more jump of some rollouts.
+
+    Parameters
+    ----------
+    rollouts : Rollouts
+        See ``roll_out``. Their first jumps, from the start pose, do not count.
+    staircase : Staircase, optional
+        Fifteen steps by default.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each jump from the trap: the "yaw" of the cube before it [deg], whether it "climbs", and whether the cube is
+        "free" after it: on the map, and higher or farther than 3 cm from the riser ahead.
+    """
+    stairs = staircase or Staircase.fifteen()
+    x, y = rollouts.ends[:, :2].T
+    here = (y > 0) & (np.abs(x) < MAP_HALF_WIDTH)
+    climbs = here & (levels(rollouts.ends, stairs) > levels(rollouts.starts, stairs))
+    free = climbs | (here & (corner_gaps(rollouts.ends, stairs) >= TRAP))
+    trapped = (rollouts.jump > 0) & (corner_gaps(rollouts.starts, stairs) < TRAP)
+    return pd.DataFrame({"yaw": yaws(rollouts.starts), "climbs": climbs, "free": free})[trapped]
+
+
+def draw_trap_in_worlds(staircase: Staircase | None = None, **rollouts: Rollouts) -> Figure:
+    """Draw how often a trapped cube is free after one more jump, by its turn, and how often a moderate jump climbs, by gap.
+
+    Parameters
+    ----------
+    staircase : Staircase, optional
+        Fifteen steps by default.
+    **rollouts : Rollouts
+        Of the worlds "plane" and "tumbling".
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    figure, (left, right) = new_figure("The trap in both worlds.", panels=2, size=(9.0, 3.4), columns=2)
+    words = []
+    for name, rolled in rollouts.items():
+        color, marker = WORLD_STYLES[name]
+        trapped, by_gap = after_bumps(rolled, staircase), TreadMeasures.of(rolled, staircase).climb_by_gap()
+        rows = [trapped[(trapped["yaw"] >= low) & (trapped["yaw"] < high)] for low, high in YAW_BINS.values()]
+        _draw_shares(left, name, [len(row) for row in rows], [row["free"].sum() for row in rows], color, marker)
+        _draw_shares(right, name, by_gap["n"].tolist(), (by_gap["n"] * by_gap["climb"]).tolist(), color, marker)
+        shares = ", ".join(
+            f"{row['free'].mean():.0%} {bin}" for bin, row in zip(YAW_BINS, rows, strict=True) if len(row)
+        )
+        climbs = ", ".join(f"{share:.0%} at {gap}" for gap, share in by_gap["climb"].items() if share == share)
+        words.append(f"{name}: free after one more jump {shares} of turn; a moderate jump climbs {climbs}")
+        right.set_xticks(range(len(by_gap)), [gap.replace(" to ", "–").removesuffix(" cm") for gap in by_gap.index])
+    left.set_xticks(range(len(YAW_BINS)), list(YAW_BINS))
+    left.set(xlabel="turn of the trapped cube about the vertical", ylabel="free after one more jump")
+    right.set(xlabel="gap before the jump [cm]", ylabel="moderate jump climbs")
+    for ax in (left, right):
+        ax.set(ylim=(-0.04, 1.04), xlim=(-0.5, len(ax.get_xticks()) - 0.5))
+        ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+    left.legend(frameon=False, loc="upper left")
+    setattr(figure, "stairlab_alt", f"{'. '.join(words)}.")  # noqa: B010
+    return figure
+
+
+def _draw_shares(ax: Axes, name: str, counts: Sequence[int], hits: Sequence[float], color: str, marker: str) -> None:
+    """Draw shares where there are counts, with their standard errors (of one more of each kind, so that none is 0)."""
+    n, k = np.array(counts, dtype=float), np.array(hits, dtype=float)
+    there = n > 0
+    n, k = n[there], k[there]
+    rate = (k + 1) / (n + 2)
+    places = np.arange(len(counts))[there] + (0.08 if name == "tumbling" else -0.08)
+    errors = np.sqrt(rate * (1 - rate) / n)
+    ax.errorbar(places, k / n, errors, color=color, marker=marker, linestyle="none", capsize=3, label=name)
 
 
 def draw_gap_map(motion: Sequence[float] = (300.0, 70.0), jumps: int = 0, narrowest: float = 0.3) -> Figure:

@@ -8,6 +8,7 @@ import pytest
 from stairlab import Staircase, best_return, make_env, random_prototypes, trap_width
 from stairlab.course.game import READINGS, Game, from_gap, gap_of, play, repeat, replay_plan, step_of, widest_after
 from stairlab.planning import jump_reward
+from stairlab.tumbling import TumblingWorld
 from stairlab.world import StairWorld
 
 SINGLE, LEAP, HOP = [300.0, 70.0], [600.0, 75.0], [50.0, 89.0]
@@ -119,6 +120,45 @@ def test_a_plan_is_replayed_to_its_value():
         assert game.value == plan.value
         assert game.over
         np.testing.assert_array_equal(game.states, plan.states)
+
+
+@pytest.fixture
+def tumbling():
+    return TumblingWorld(Staircase.fifteen())
+
+
+def test_where_the_cube_tumbles_a_seed_gives_a_game_again_and_another_one_another_game(tumbling):
+    first, again, other = (play(THREE, lambda seen: 1, tumbling, max_jumps=4, seed=seed) for seed in (0, 0, 1))
+    np.testing.assert_array_equal(first.states, again.states)
+    assert first.states[-1].tolist() != other.states[-1].tolist()
+    assert first.tumbles
+    assert not Game(THREE).tumbles
+
+
+def test_where_the_cube_tumbles_a_jump_that_was_undone_comes_out_as_before_and_as_it_was_led_to(tumbling):
+    game = Game(THREE, tumbling, seed=3)
+    game.jump(0)
+    led = game.lead(1).end
+    end = game.jump(1).end
+    game.undo()
+    np.testing.assert_array_equal(game.jump(1).end, end)
+    np.testing.assert_array_equal(led, end)
+    np.testing.assert_array_equal(game.path(2).end, end)
+    assert tumbling.state.tolist() == tumbling.start.tolist()  # a game has a cube of its own
+
+
+def test_a_plan_of_the_tumbling_world_is_replayed_with_the_rocking_that_the_search_assumed(tumbling):
+    plan = best_return(tumbling, THREE, max_jumps=4, progress=False)
+    game = replay_plan(THREE, plan, tumbling)
+    np.testing.assert_array_equal(game.states, plan.states)
+    assert game.value == plan.value
+
+
+def test_the_gap_of_a_turned_cube_is_that_of_its_foremost_corner(tumbling):
+    stairs = tumbling.staircase
+    turned = tumbling.state_at(0.4, 0.05, yaw=math.radians(45))
+    assert gap_of(turned, stairs) == pytest.approx(0.2 - 0.05 * math.sqrt(2))
+    assert gap_of(tumbling.state_at(0.4, 0.05, rotation=math.pi / 2), stairs) == pytest.approx(0.15)
 
 
 def test_from_a_gap_a_motion_does_what_the_world_does():

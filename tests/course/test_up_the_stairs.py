@@ -10,6 +10,8 @@ from stairlab import Prototypes, Staircase, alt_text, best_return, random_protot
 from stairlab.course import up_the_stairs as lesson
 from stairlab.course.game import READINGS, Game, play, repeat, replay_plan
 from stairlab.course.up_the_stairs import StairsGame
+from stairlab.fidelity import Rollouts, roll_out
+from stairlab.tumbling import TumblingWorld
 from stairlab.world import StairWorld
 
 SINGLE, LEAP, HOP = [300.0, 70.0], [600.0, 75.0], [50.0, 89.0]
@@ -67,6 +69,24 @@ def test_an_episode_is_drawn_with_a_bar_for_each_jump_shown(jumps):
 
 def test_an_episode_that_leaves_the_stairs_says_so():
     game = play([[1000.0, 45.0]], lambda seen: 0, Staircase(1))
+    assert "off the stairs" in alt_text(lesson.draw_episode(game))
+
+
+def test_an_episode_that_tumbles_is_drawn_from_above_too():
+    game = play(THREE, lambda seen: 1, TumblingWorld(Staircase.fifteen()), max_jumps=2, seed=0)
+    figure = lesson.draw_episode(game)
+    side, ledger, above = figure.axes
+    assert above.get_xlim() == side.get_xlim()
+    assert "cm aside, seen from above" in alt_text(figure)
+    assert len(lesson.draw_episode(play(THREE, lambda seen: 1, max_jumps=2)).axes) == 2
+    assert len(ledger.patches) == 4
+
+
+def test_a_fall_off_the_side_is_off_the_stairs():
+    world = TumblingWorld(Staircase.fifteen())
+    game = Game(THREE, world, seed=0)
+    game.jump(0)
+    game.states[-1][0] = 3.0
     assert "off the stairs" in alt_text(lesson.draw_episode(game))
 
 
@@ -143,6 +163,78 @@ def test_a_map_of_single_motions_that_all_climb_or_all_fail_is_drawn_too():
 @pytest.mark.slow
 def test_the_map_of_single_motions_is_drawn_with_its_defaults():
     assert "143 motions: 14 return 15" in alt_text(lesson.draw_single_motions())
+
+
+# The trap in both worlds
+
+
+@pytest.fixture(scope="module")
+def rollouts():
+    stairs = Staircase.fifteen()
+    return {
+        name: roll_out(world, 60, progress=False)
+        for name, world in {"plane": StairWorld(stairs), "tumbling": TumblingWorld(stairs)}.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("world", "said"),
+    [("plane", "rests 8.44 mm before it."), ("tumbling", "mm before it"), (lesson.BUMPS[2], "turned by")],
+)
+def test_a_bump_is_drawn_from_the_side_and_from_above_with_what_becomes_of_the_cube(world, said):
+    figure = lesson.draw_bump(world)
+    side, above = figure.axes
+    assert side.get_xlim() == above.get_xlim()
+    assert said in alt_text(figure)
+    assert alt_text(figure).split(". ")[1].startswith(world)
+
+
+def test_a_turned_cube_gets_away_from_the_riser_and_one_that_stands_square_to_it_does_not():
+    away = {world: float(alt_text(lesson.draw_bump(world)).split("rests ")[1].split()[0]) for world in lesson.BUMPS}
+    assert max(away["plane"], away["tumbling"]) < 30 < away[lesson.BUMPS[2]]
+
+
+def test_no_ordinary_push_climbs_from_the_trap_however_the_cube_is_turned():
+    world, rng = TumblingWorld(), np.random.default_rng(0)
+    for turned in (0, 2, 10, 30):
+        for _ in range(25):
+            motion, gap = rng.uniform([350, 55], [650, 75]), rng.uniform(0, 0.03)
+            reach = 0.05 * (math.cos(math.radians(turned)) + math.sin(math.radians(turned)))
+            world.reset(world.state_at(0.6 - gap - reach, 0.05, yaw=math.radians(turned)))
+            assert world.perform(motion, rng).dz < 0.05
+
+
+def test_the_trap_lets_cubes_out_where_they_tumble_and_hardly_in_the_plane(rollouts):
+    free = {name: lesson.after_bumps(jumps)["free"].mean() for name, jumps in rollouts.items()}
+    assert free["plane"] < 0.05
+    assert 0.4 < free["tumbling"] < 0.65  # the authors' engine: 0.51
+    turned = lesson.after_bumps(rollouts["tumbling"]).query("yaw >= 5")["free"].mean()
+    square = lesson.after_bumps(rollouts["tumbling"]).query("yaw < 0.5")["free"].mean()
+    assert turned > square + 0.2
+    shares = {name: len(lesson.after_bumps(jumps)) / (jumps.jump > 0).sum() for name, jumps in rollouts.items()}
+    assert shares["plane"] > 2 * shares["tumbling"]
+
+
+def test_free_is_who_is_higher_or_farther_from_the_riser_and_on_the_map():
+    world = StairWorld(Staircase.fifteen())
+    before = world.state_at(0.54, 0.05)[:7]
+    higher, far, near = world.state_at(0.9, 0.35)[:7], world.state_at(0.3, 0.05)[:7], world.state_at(0.53, 0.05)[:7]
+    behind, aside = world.state_at(-0.5, 0.05)[:7], world.state_at(0.3, 0.05, x=3.0)[:7]
+    ends = np.array([higher, far, near, behind, aside, far])
+    jump = np.array([1, 2, 3, 4, 5, 0])  # the last one starts from the start pose, and does not count
+    made = Rollouts(np.zeros(6, int), jump, np.tile([500.0, 60.0], (6, 1)), np.tile(before, (6, 1)), ends)
+    table = lesson.after_bumps(made)
+    assert table["free"].tolist() == [True, True, False, False, False]
+    assert table["climbs"].tolist() == [True, False, False, False, False]
+
+
+def test_the_trap_in_both_worlds_is_drawn_by_turn_and_by_gap(rollouts):
+    figure = lesson.draw_trap_in_worlds(**rollouts)
+    assert "plane: free after one more jump" in alt_text(figure)
+    assert alt_text(figure).count("0% at 0 to 3 cm") == 2
+    left, right = figure.axes
+    assert len(left.containers) == len(right.containers) == 2
+    assert right.get_xticklabels()[0].get_text() == "0–3"
 
 
 # The game, played by hand
