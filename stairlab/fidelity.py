@@ -606,6 +606,8 @@ class TreadMeasures:
         ``|x|`` [m].
     moderate, climbed : ndarray of shape (n_resting_poses,), bool
         Whether the jump from each pose is moderate, and whether it climbs.
+    freed : ndarray of shape (n_resting_poses,), bool
+        Whether it ends on the map, not close to a riser (3 cm or more off it, or on the top tread).
     tops : ndarray of shape (n_rollouts,), int
         Highest step on which a jump of each rollout ended.
     """
@@ -617,6 +619,7 @@ class TreadMeasures:
     asides: np.ndarray = field(repr=False)
     moderate: np.ndarray = field(repr=False)
     climbed: np.ndarray = field(repr=False)
+    freed: np.ndarray = field(repr=False)
     tops: np.ndarray = field(repr=False)
 
     @classmethod
@@ -627,7 +630,8 @@ class TreadMeasures:
         resting = (rollouts.jump > 0) & (before < stairs.n_steps)
         low, high = np.array(MODERATE_MOTIONS)
         moderate = ((low <= rollouts.motions) & (rollouts.motions <= high)).all(axis=1)
-        climbed = _on_map(rollouts.ends, stairs) & (after > before)
+        stays = _on_map(rollouts.ends, stairs)
+        climbed, freed = stays & (after > before), stays & ~(corner_gaps(rollouts.ends, stairs) < CLOSE)
         poses = rollouts.starts[resting]
         return cls(
             n_jumps=len(rollouts),
@@ -637,6 +641,7 @@ class TreadMeasures:
             asides=np.abs(poses[:, 0]),
             moderate=moderate[resting],
             climbed=climbed[resting],
+            freed=freed[resting],
             tops=pd.Series(after).groupby(rollouts.rollout).max().to_numpy(),
         )
 
@@ -654,6 +659,11 @@ class TreadMeasures:
     def climb_all(self) -> float:
         """Share of all jumps from resting poses that climb; NaN if there are none."""
         return _share(self.climbed)
+
+    @property
+    def freed_share(self) -> float:
+        """Share of the cubes close to a riser, within 3 cm, that one more jump of any kind frees from it; NaN if there are none."""
+        return _share(self.freed[self.gaps < CLOSE])
 
     @property
     def top_quartiles(self) -> tuple[float, float, float]:
@@ -691,6 +701,7 @@ class TreadMeasures:
             "climb": self.climb,
             "climb_se": self.climb_se,
             "climb_all": self.climb_all,
+            "freed_share": self.freed_share,
             "top_quartiles": self.top_quartiles,
             "gap_m": _quantiles(self.gaps),
             "yaw_deg": _quantiles(self.yaws),
@@ -903,6 +914,7 @@ def _tread_rows(fidelity: TreadFidelity) -> list[Row]:
         *_compared_rows("|x| [mm]", fidelity.x, 1000, "more than 5 cm aside", ASIDE),
         both(moderate, lambda m: _with_error(m.climb, m.climb_se)),
         both("climbs: all jumps from resting poses [%]", lambda m: _figure(100 * m.climb_all, 1)),
+        both("within 3 cm of the riser: freed by one more jump [%]", lambda m: _figure(100 * m.freed_share, 1)),
         both("highest step of a rollout, quartiles", lambda m: ", ".join(f"{top:g}" for top in m.top_quartiles)),
     ]
 

@@ -413,6 +413,8 @@ def test_rollouts_are_measured_as_the_reference_says(by_hand):
     assert measures.climb == pytest.approx(2 / 3)
     assert measures.climb_se == pytest.approx(math.sqrt(2 / 9 / 3))
     assert measures.climb_all == 0.75
+    assert measures.freed.tolist() == [True, False, True, True]
+    assert measures.freed_share == 1  # of one cube, which stands at the riser
     assert measures.tops.tolist() == [1, 15]
     assert measures.top_quartiles == (4.5, 8, 11.5)
 
@@ -427,6 +429,14 @@ def test_the_probability_to_climb_is_counted_by_gap_and_yaw(by_hand):
     np.testing.assert_array_equal(by_gap["climb"], [1, *[np.nan] * 4, 0.5])
     assert by_yaw["n"].tolist() == [2, 0, 0, 1]
     np.testing.assert_array_equal(by_yaw["climb"], [0.5, np.nan, np.nan, 1])
+
+
+def test_a_cube_that_stays_close_to_a_riser_or_leaves_the_map_is_not_freed(by_hand):
+    for end, freed in ((BELOW, 0), (pose(0.93, 0.35), 0), (pose(0.9, 0.35), 1), (FALLEN, 0), (TOP, 1)):
+        ends = by_hand.ends.copy()
+        ends[1] = end
+        measures = TreadMeasures.of(Rollouts(by_hand.rollout, by_hand.jump, by_hand.motions, by_hand.starts, ends))
+        assert measures.freed_share == freed
 
 
 def test_an_end_off_the_map_is_no_climb_at_any_height(by_hand):
@@ -621,6 +631,8 @@ def test_the_plane_is_far_off_on_treads_but_not_in_what_a_gap_does(tread_csv, ag
     assert min(plane.yaw_ks, plane.x_ks) > 0.9
     assert plane.own.climb < 0.1
     assert np.mean(plane.own.gaps < 0.03) > 0.85
+    assert plane.own.freed_share < 0.05 < 0.4 < against_rollouts.own.freed_share
+    assert against_rollouts.own.freed_share == pytest.approx(against_rollouts.reference.freed_share, abs=0.05)
     measures = (plane.own, plane.reference, against_rollouts.own)
     climb = np.array([measure.climb_by_gap()["climb"] for measure in measures])
     assert (climb[:, 0] == 0).all()
