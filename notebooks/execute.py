@@ -6,7 +6,9 @@ also show what needs no kernel: pictures made beforehand, under sliders.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import io
 import os
 import sys
 import time
@@ -45,6 +47,7 @@ def executed(path: Path, *, allow_errors: bool = False) -> NotebookNode:
             if notebook.metadata.get("stairlab", {}).get("fingerprint") == fingerprint:
                 return notebook
         notebook = nbformat.read(path, as_version=4)
+        _compile()
         client = NotebookClient(
             notebook,
             timeout=TIME_LIMIT,
@@ -57,6 +60,14 @@ def executed(path: Path, *, allow_errors: bool = False) -> NotebookNode:
         notebook.metadata["stairlab"] = {"seconds": round(seconds, 1), "fingerprint": fingerprint}
         nbformat.write(notebook, copy)
         return notebook
+
+
+def _compile() -> None:
+    """Compile the tumbling world, which is kept on disk: else the first notebook that needs it would tell its reader to wait."""
+    from stairlab import TumblingWorld
+
+    with contextlib.redirect_stderr(io.StringIO()):
+        TumblingWorld().jump(50, 45)
 
 
 def _fingerprint(path: Path) -> str:

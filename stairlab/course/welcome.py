@@ -11,18 +11,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch, Rectangle
 
+from stairlab._validation import one_of
 from stairlab.drawing import CUBE, FAINT, GRID, INK, OFF_MAP, PATH, STAIRS, figure_legend, marker_handle, new_figure
 from stairlab.effects import EffectClasses
 from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.plots import SEEN_AHEAD, class_names, class_style, cube_corners, draw_cube, draw_stairs, pose
 from stairlab.prototypes import Prototypes
 from stairlab.sampling import Samples, noisy_motions
-from stairlab.world import Jump, StairWorld
+from stairlab.tumbling import TumblingWorld
+from stairlab.world import CubeWorld, Jump, StairWorld
 
 SEEN_HEIGHT = 1.75
 """ "Play a jump" shows heights up to here, so that pictures keep their size [m] """
 SEEN_WAY = 2.6
 """ ... and this far [m] """
+PLAY_WORLDS: dict[str, type[CubeWorld]] = {"plane": StairWorld, "three dimensions": TumblingWorld}
+""" Where "Play a jump" can be played """
 MOST_JUMPS = 30
 """ A climb is given up after so many jumps """
 
@@ -71,24 +75,29 @@ STAGES = (
 # The lesson's widget
 
 
-def draw_play(magnitude: float = 450, angle: float = 65) -> Figure:
-    """Draw a jump from the start pose: its path, where it ends, and its effect as two arrows.
+def draw_play(magnitude: float = 450, angle: float = 65, world: str = "plane") -> Figure:
+    """Draw a jump from the start pose from the side: its path, where it ends, and its effect as two arrows.
 
     Parameters
     ----------
     magnitude, angle : float
         The motion [N], [deg].
+    world : {"plane", "three dimensions"}
+        Where. In three dimensions the cube rocks each time in the same way, so that equal motions give equal pictures.
 
     Returns
     -------
     matplotlib Figure
     """
-    world = StairWorld()
-    stairs = world.staircase
-    jump = world.jump(magnitude, angle, trajectory=True)
+    here = PLAY_WORLDS[one_of("world", world, PLAY_WORLDS)]()
+    stairs = here.staircase
+    jump = here.jump(magnitude, angle, trajectory=True)
     said, effect = what_it_did(jump), f"Δy = {_rounded(jump.dy)} m, Δz = {_rounded(jump.dz)} m"
+    aside = _rounded(float(jump.effect[0]))
+    effect += "" if aside == "0.00" else f", and aside Δx = {aside} m"
+    where = "" if world == "plane" else f" in {world}"
     figure, ax = new_figure(
-        f"A jump with {magnitude:g} N at {angle:g}°: {said}. Its effect is {effect}.",
+        f"A jump with {magnitude:g} N at {angle:g}°{where}: {said}. Its effect is {effect}.",
         size=(6.6, 4.5),
     )
     figure.set_layout_engine("none")  # laying out each picture anew would cost a slider half its time
@@ -257,7 +266,7 @@ def draw_noise(motion: Sequence[float], n: int = 20, seed: int = 0) -> Figure:
 
 
 def climb(motions: Prototypes | np.ndarray, careful: bool = False) -> list[Jump]:
-    """Climb fifteen steps greedily: try each motion where the cube is, and take the one that lifts it highest.
+    """Climb fifteen steps greedily, in the plane: try each motion where the cube is, and take the one that lifts it highest.
 
     Parameters
     ----------

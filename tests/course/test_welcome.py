@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from stairlab import EffectClasses, Samples, StairWorld, alt_text, effect_prototypes, sample_motions
+from stairlab import EffectClasses, Samples, StairWorld, TumblingWorld, alt_text, effect_prototypes, sample_motions
 from stairlab.course import welcome
 from stairlab.drawing import CUBE, FAINT, PATH
 
@@ -61,6 +61,17 @@ def test_what_a_jump_did_is_said_in_words(world, dz, words):
     jump = world.jump(450, 65)
     object.__setattr__(jump, "end", jump.start + np.array([0, 0, dz, 0, 0, 0, 0, 0]))
     assert welcome.what_it_did(jump) == words
+
+
+def test_play_a_jump_can_be_played_in_three_dimensions():
+    jump = TumblingWorld().jump(350, 70)
+    assert abs(jump.end[0]) > 0.05
+    figure = welcome.draw_play(350, 70, "three dimensions")
+    assert f"350 N at 70° in three dimensions: {welcome.what_it_did(jump)}. Its effect is Δy" in alt_text(figure)
+    assert f"aside Δx = {jump.end[0]:+.2f} m" in alt_text(figure)
+    assert "aside" not in alt_text(welcome.draw_play(350, 70))
+    with pytest.raises(ValueError, match="world must be one of 'plane', 'three dimensions'"):
+        welcome.draw_play(world="tumbling")
 
 
 # The method in pictures
