@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -17,7 +18,7 @@ from stairlab.effects import OFF_THE_MAP, EffectClasses
 from stairlab.plots import class_style, draw_cube, draw_stairs, plot_prototype_trajectories, pose
 from stairlab.prototypes import Prototypes
 from stairlab.sampling import noisy_motions, replay_motions
-from stairlab.world import Jump, StairWorld
+from stairlab.world import CubeWorld, Jump, StairWorld
 
 WORDS = 62
 """ Width of a prototype's name and share [points] """
@@ -110,7 +111,7 @@ def mark(ax: Axes, place: Sequence[float] | np.ndarray, number: int, size: float
     ax.plot(*place, marker, color=color, markersize=size, **look)
 
 
-def draw_path(ax: Axes, jump: Jump, world: StairWorld, reached: int) -> None:
+def draw_path(ax: Axes, jump: Jump, world: CubeWorld, reached: int) -> None:
     """Draw a jump on the stairs; the cube at its end has the colour of the class that was reached, grey off the map."""
     draw_stairs(ax, world.staircase, STEEPEST, 2.6)
     if jump.trajectory is not None:
@@ -165,13 +166,15 @@ def _listed(motions: np.ndarray) -> str:
 # One motion in three pictures: the widget, and the walk between two motions
 
 
-def linked_view(world: StairWorld, classes: EffectClasses, sets: Mapping[str, Prototypes]) -> Callable[..., Figure]:
+def linked_view(
+    world: CubeWorld | Mapping[str, CubeWorld], classes: EffectClasses, sets: Mapping[str, Prototypes]
+) -> Callable[..., Figure]:
     """Return a function that draws one prototype of a set three times: in the motion plane, among effects, on the stairs.
 
     Parameters
     ----------
-    world : StairWorld
-        Where it is performed.
+    world : CubeWorld or mapping of str to CubeWorld
+        Where it is performed; several worlds by what they are called, to choose from.
     classes : EffectClasses
         The classes.
     sets : mapping of str to Prototypes
@@ -180,13 +183,15 @@ def linked_view(world: StairWorld, classes: EffectClasses, sets: Mapping[str, Pr
     Returns
     -------
     callable
-        ``draw(prototype="C1a", which="...")``; the first of each is shown if none is named.
+        ``draw(prototype="C1a", which="...", where="...")``; the first of each is shown if none is named.
 
     Raises
     ------
     ValueError
         If the sets do not stand for the same classes.
     """
+    worlds = world if isinstance(world, Mapping) else {"": world}
+    here = next(iter(worlds))
     names = {which: prototype_names(prototypes) for which, prototypes in sets.items()}
     first, *others = names
     if not names[first] or any(names[other] != names[first] for other in others):
@@ -194,18 +199,20 @@ def linked_view(world: StairWorld, classes: EffectClasses, sets: Mapping[str, Pr
             "sets must have prototypes of the same classes in the same order, so that they can be compared."
         )
 
-    def draw(prototype: str = names[first][0], which: str = first) -> Figure:
+    def draw(prototype: str = names[first][0], which: str = first, where: str = here) -> Figure:
         place = names[which].index(prototype)
         prototypes = sets[which]
         assert prototypes.classes is not None
         number = int(prototypes.classes[place])
-        return three_views(world, classes, prototypes.motions[place], number, prototypes.of_class(number), prototype)
+        name = prototype if where == here else f"{prototype} in {where}"
+        motions, others = prototypes.motions[place], prototypes.of_class(number)
+        return three_views(worlds[where], classes, motions, number, others, name)
 
     return draw
 
 
 def three_views(
-    world: StairWorld,
+    world: CubeWorld,
     classes: EffectClasses,
     motion: np.ndarray,
     number: int,
@@ -216,8 +223,8 @@ def three_views(
 
     Parameters
     ----------
-    world : StairWorld
-        Where it is performed; its state afterwards is what it was before.
+    world : CubeWorld
+        Where it is performed, from the start pose and without a generator; its state afterwards is what it was before.
     classes : EffectClasses
         The classes.
     motion : array-like of shape (2,)
@@ -229,7 +236,9 @@ def three_views(
     name : str
         What the motion is called.
     """
-    jump = StairWorld(world.staircase).jump(*np.asarray(motion, dtype=float).tolist(), trajectory=True)
+    own = copy.copy(world)
+    own.reset()
+    jump = own.jump(*np.asarray(motion, dtype=float).tolist(), trajectory=True)
     effect = np.array([jump.dy, jump.dz])
     named = np.array([[jump.effect[classes.samples.effect_names.index(feature)] for feature in classes.features]])
     reached = int(classes.nearest_mean(named)[0]) if jump.on_map else OFF_THE_MAP

@@ -13,6 +13,7 @@ from stairlab import (
     EffectClasses,
     Prototypes,
     StairWorld,
+    TumblingWorld,
     alt_text,
     effect_prototypes,
     reliability,
@@ -287,3 +288,29 @@ def test_the_two_planes_show_every_sample(classes):
     assert sum(len(line.get_xdata()) for line in left.lines) == len(classes.samples)
     lesson.draw_effects(right, classes, 3)
     assert sum(len(line.get_xdata()) for line in right.lines) == classes.sizes.sum() + classes.n_classes
+
+
+# Three dimensions
+
+
+def test_the_linked_view_lets_one_choose_among_worlds(world, classes, prototypes):
+    tumbling = TumblingWorld()
+    draw = lesson.linked_view({"the plane": world, "three dimensions": tumbling}, classes, {"the paper": prototypes})
+    assert titles(draw()) == titles(draw("C1a", "the paper", "the plane"))
+    assert "C1a: 191 N" in titles(draw())
+    solid = draw("C4a", where="three dimensions")
+    assert "C4a in three dimensions stands for C4, ends in C4" in titles(solid)
+    (stairs,) = (ax for ax in solid.axes if ax.get_xlabel() == "y [m]")
+    magnitude, angle = prototypes.of_class(4)[0].tolist()
+    jump = tumbling.jump(magnitude, angle, trajectory=True)
+    assert stairs.lines[0].get_ydata() == pytest.approx(jump.trajectory.z)
+
+
+def test_three_views_start_from_the_start_pose_and_leave_the_world_as_it_was(classes):
+    world = TumblingWorld()
+    world.reset(world.state_at(0.45, 0.05, yaw=0.3))
+    before = world.state
+    figure = lesson.three_views(world, classes, np.array([450.0, 65.0]), 4)
+    assert (world.state == before).all()
+    (stairs,) = (ax for ax in figure.axes if ax.get_xlabel() == "y [m]")
+    assert stairs.lines[0].get_xdata()[0] == 0.25
