@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from stairlab.agents import Training, count_parameters, load_agent, make_env, play, save_agent, train
     from stairlab.beyond import along_stairs_prototypes
-    from stairlab.claims import paper_claims
+    from stairlab.claims import compare_claims, paper_claims
     from stairlab.clustering import (
         HistogramBins,
         KMeans,
@@ -128,7 +128,7 @@ _MODULES = {
     "envs": ("DiscreteMotions", "UpTheStairs"),
     "agents": ("Training", "count_parameters", "load_agent", "make_env", "play", "save_agent", "train"),
     "results": ("StudyResults", "load_published_study", "published_studies"),
-    "claims": ("paper_claims",),
+    "claims": ("compare_claims", "paper_claims"),
     "study": ("Study",),
     "pipeline": ("Run", "run_pipeline"),
     "report": ("save_run", "write_report"),

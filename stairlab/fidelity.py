@@ -496,7 +496,7 @@ class Rollouts:
 
     @classmethod
     def from_csv(cls, path: str | os.PathLike[str]) -> Rollouts:
-        """Read a file with the columns rollout, jump, magnitude, angle, and x, y, z, qx, qy, qz, qw after start_ and end_.
+        """Read a file with the columns rollout, jump, magnitude, angle, and x, y, z, qx, qy, qz, qw after ``start_`` and ``end_``.
 
         Other columns are ignored.
 

@@ -159,7 +159,7 @@ def best_return(
 
     Parameters
     ----------
-    staircase : Staircase or world of the stairs
+    staircase : Staircase or CubeWorld
         The stairs, which are then those of the plane; ``Staircase.fifteen()`` for the learning task. Or a world, such as
         ``TumblingWorld(Staircase.fifteen())``. A jump of the search is given no generator: in the tumbling world the cube rocks
         before each jump in the same, fixed way, so the search says what a robot could do that knows how the cube rocks.
@@ -231,7 +231,7 @@ def trap_width(staircase: Staircase | CubeWorld, motions: Prototypes | np.ndarra
 
     Parameters
     ----------
-    staircase : Staircase or world of the stairs
+    staircase : Staircase or CubeWorld
         The stairs (of the plane), or a world.
     motions : Prototypes or array-like of shape (n_motions, 2)
         Magnitude [N] and angle [deg], all different.
