@@ -1,5 +1,7 @@
 """What follows from a study's tables: against NumPy and counting by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -51,7 +53,8 @@ def test_a_study_is_saved_and_loaded_to_the_digit(tmp_path):
         written = getattr(results, name).round({"return": 4})
         pd.testing.assert_frame_equal(getattr(again, name), written, check_exact=True, check_dtype=False)
     assert again.description == results.description
-    pd.testing.assert_frame_equal(again.summary(), results.summary(), atol=1e-4)
+    written = replace(results, evaluations=results.evaluations.round({"return": 4}))
+    pd.testing.assert_frame_equal(again.summary(), written.summary())
 
 
 def test_the_command_repeats_the_study():

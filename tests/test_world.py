@@ -381,7 +381,8 @@ def test_a_cube_pushed_along_the_ground_slides_for_v_squared_over_2g(magnitude):
 def test_a_jump_gains_no_height_that_its_energy_does_not_pay_for(motion):
     path = jump(StairWorld(), motion, trajectory=True).trajectory
     speed = motion[0] * PUSH_TIME / CUBE_MASS
-    assert path.z.max() <= HALF * math.sqrt(2) + (speed * math.sin(math.radians(motion[1]))) ** 2 / (2 * GRAVITY) + 0.01
+    # all of it: a cube that meets the edge of a step turns some of its way forward into height
+    assert path.z.max() <= HALF * math.sqrt(2) + speed**2 / (2 * GRAVITY) + 0.01
 
 
 def test_the_force_does_not_turn_with_the_cube(world):
