@@ -37,8 +37,9 @@ class UpTheStairs(gym.Env[np.ndarray, np.ndarray]):
 
     **Description**
 
-    A cube stands before fifteen steps, in the plane or in three dimensions. In each step of the episode it makes one jump, from wherever the last one ended, and waits
-    until it rests. Single steps pay most: a jump that gains three steps earns as much as one that gains one.
+    A cube stands before fifteen steps, in the plane or in three dimensions. In each step of the episode it makes one jump, from
+    wherever the last one ended, and waits until it rests. Single steps pay most: a jump that gains three steps earns as much as one
+    that gains one.
 
     **Action Space**
 
