@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from stairlab.course.player import Control, Player, shown
+from stairlab.course.player import DPI, Control, Player, shown
 from stairlab.drawing import alt_text, img, quick_png
 
 if TYPE_CHECKING:
@@ -22,8 +22,6 @@ WITHOUT_KERNEL = "STAIRLAB_BOOK"
 """ Where this environment variable is set, explorations show also what reacts without a kernel """
 MOST_PICTURES = 30
 """ Pictures made beforehand for one exploration, at most """
-DPI = 110
-""" Resolution of a picture that follows a slider [dots per inch] """
 FEW = 5
 """ Up to so many named choices are buttons, more a slider, which follows the keyboard as a list in a notebook does not """
 

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 
 from stairlab.drawing import alt_text, shown_width, small_png
 
-DPI = 120
-""" Resolution of a player's pictures [dots per inch] """
+DPI = 110
+""" Resolution of a picture, under a slider or live [dots per inch] """
 _numbers = itertools.count(1)
 
 
