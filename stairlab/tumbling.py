@@ -67,7 +67,8 @@ MOST_CONTACTS = 32
 
 ROCKING = (0.06, 0.12)
 """ Before a jump the cube rocks with angular velocities up to these about x and y [rad/s], drawn uniformly. The authors' simulator
-shows up to 0.1 rad/s at rest; with these, as many climbing jumps as recorded end aside and turned """
+shows up to 0.1 rad/s at rest. With these, 28 to 32 % of the climbing jumps end more than 5 cm aside (recorded: 35 %) and 35 to 36 %
+turned by more than 5 degrees (recorded: 23 %): five seeds, 2,000 recorded jumps """
 FIXED_ROCKING = (0.03, 0.06)
 """ A jump without a generator rocks with these about x and y [rad/s]: half of the largest """
 
@@ -656,7 +657,9 @@ class TumblingWorld(CubeWorld):
     staircase : Staircase, optional
         The stairs, 5 m wide; four steps by default. Its ``restitution`` must be None: how risers rebound here follows from the solver.
     rocking : float
-        Times as much as in the authors' simulator; 0 for a cube at exact rest, which stays in the plane.
+        Times as much as ``ROCKING``; 0 for a cube at exact rest, which hardly leaves the plane. (Of 1,200 random jumps, x in metres or
+        a component of the quaternion goes beyond 0.0001 in 4 %, and beyond 0.01 in 0.7 %: the cube balances on an edge, and swings
+        out.)
     friction : float
         Coefficient of friction between cube and stairs.
 
