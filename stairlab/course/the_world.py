@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stairlab.drawing import FAINT, GRID, INK, PATH, figure_legend, legend_below, new_figure
-from stairlab.fidelity import TreadMeasures
 from stairlab.physics import (
     CUBE_EDGE,
     CUBE_MASS,
@@ -36,14 +35,6 @@ SEEN_HEIGHT = 1.75
 """ The trajectory explorer shows heights up to here, so that pictures keep their size [m] """
 RECORDED_GAPS = {0.0001: 0.033, 0.001: 0.173, 0.002: 0.447, 0.005: 0.546, 0.02: 0.578, 0.1: 0.702}
 """ Share of the authors' 10,000 recorded jumps, of those that end below the top step, with a smaller gap [m] to the riser ahead """
-ENGINE = {
-    "within 3 cm of the riser": 0.37,
-    "turned by more than 5°": 0.72,
-    "more than 5 cm aside": 0.77,
-    "a moderate jump climbs": 0.345,
-}
-""" Rollouts on fifteen steps, simulated with the engine that the authors used: shares of the poses from which jumps start on the
-stairs, and of the jumps with 350 to 650 N at 55 to 75 degrees from there """
 VIEWED = ((-0.1, 2.45), (-0.16, 1.75), (0.5, -0.5))
 """ What the explorer of both worlds shows of y, z and x [m]; x points down """
 WORLD_WORDS = {"tumbling": "In three dimensions", "plane": "In the plane"}
@@ -798,23 +789,6 @@ def draw_field(magnitude: float = 450, angle: float = 65, start: float = 0.25) -
 
 
 # The plane and three dimensions
-
-
-def tread_shares(measured: TreadMeasures) -> dict[str, float]:
-    """Return where the cubes of random rollouts rest on the stairs, and how often a moderate jump climbs from there, as shares.
-
-    Parameters
-    ----------
-    measured : TreadMeasures
-        Of rollouts: ``TreadMeasures.of(roll_out(world))``.
-
-    Returns
-    -------
-    dict of str to float
-        The names are those of ``ENGINE``.
-    """
-    values = (measured.gaps < 0.03).mean(), (measured.yaws > 5).mean(), (measured.asides > 0.05).mean(), measured.climb
-    return dict(zip(ENGINE, map(float, values), strict=True))
 
 
 def draw_in_either_world(world: str = "tumbling", magnitude: float = 500, draw: int = 0, angle: float = 70) -> Figure:

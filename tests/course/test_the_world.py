@@ -1,13 +1,17 @@
 import itertools
 import math
+import re
+from pathlib import Path
 
+import nbformat
 import numpy as np
 import pytest
 
 from stairlab import Samples, Staircase, StairWorld, TumblingWorld, alt_text, riser_gaps
 from stairlab.course import the_world
-from stairlab.fidelity import Rollouts, TreadMeasures
 from stairlab.physics import FALL
+
+PROJECT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -263,10 +267,11 @@ def test_a_moment_of_a_tumbling_jump_shows_the_turned_cube():
     assert len(cube.get_xy()) - 1 == 6
 
 
-def test_what_is_said_of_the_engine_is_what_its_jumps_on_treads_show(reference_csv):
-    path = reference_csv.parent / "tread_jumps.csv"
-    if not path.is_file():
-        pytest.skip(f"The jumps from treads are not at {path}.")
-    measured = TreadMeasures.of(Rollouts.from_csv(path))
-    for name, share in the_world.tread_shares(measured).items():
-        assert the_world.ENGINE[name] == pytest.approx(share, abs=0.02), name
+def test_the_lesson_s_table_of_both_worlds_has_the_figures_of_the_readme():
+    lesson = nbformat.read(PROJECT / "notebooks" / "01_the_world.ipynb", as_version=4)
+    (text,) = (cell.source for cell in lesson.cells if cell.id == "01-measured")
+    cells = [cell.strip() for row in re.findall(r"^\|(.*)\|$", text, re.M)[2:] for cell in row.split("|")[1:]]
+    readme = (PROJECT / "README.md").read_text().split("## How faithful the world is")[1].split("\n## ")[0]
+    known = {cell.strip() for cell in re.sub(r" ± [\d.]+", "", readme).split("|")}
+    assert len(cells) == 27
+    assert [cell for cell in cells if cell not in known] == []
