@@ -219,16 +219,21 @@ def test_the_tumbling_world_is_as_faithful_to_the_recorded_jumps_as_promised(tum
     assert tumbling_against_gazebo.agreement_climbing_se < 0.015
 
 
-def test_a_third_of_the_climbing_jumps_roll_aside_or_turn_as_recorded_and_none_in_the_plane(
+def test_climbing_jumps_end_turned_too_often_and_aside_a_little_too_seldom_and_never_in_the_plane(
     tumbling_against_gazebo, against_gazebo
 ):
-    """Among all 10,000 recorded jumps, 30 to 34 % of those that climb end more than 5 cm aside, 24 % turned by more than 5 degrees."""
+    """Of the climbing jumps, more than 5 cm aside are 28.3 to 32.2 % with seeds 0 to 4, turned by more than 5 degrees 34.8 to 36.2 %.
+
+    Of the recorded ones it is 35.2 and 23.2 % (of the 406 among these 2,000).
+    """
     aside, own_aside = tumbling_against_gazebo.aside.shares_above(0.05)
     turned, own_turned = tumbling_against_gazebo.yaw.shares_above(5)
-    assert aside == pytest.approx(0.34, abs=0.05)
-    assert turned == pytest.approx(0.24, abs=0.05)
-    assert own_aside == pytest.approx(aside, abs=0.1)
-    assert own_turned == pytest.approx(turned, abs=0.15)
+    assert aside == pytest.approx(0.352, abs=0.001)
+    assert turned == pytest.approx(0.232, abs=0.001)
+    assert own_aside == pytest.approx(0.30, abs=0.04)
+    assert own_turned == pytest.approx(0.355, abs=0.04)
+    assert own_aside < aside
+    assert own_turned > turned + 0.05
     assert against_gazebo.aside.shares_above(0.05) == (aside, 0)
     assert against_gazebo.yaw.shares_above(5) == (turned, 0)
 

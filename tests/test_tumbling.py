@@ -540,16 +540,19 @@ def test_without_rocking_a_centred_cube_hardly_leaves_the_plane_and_agrees_with_
 
 
 @pytest.mark.slow
-def test_with_rocking_climbing_jumps_end_aside_and_turned_as_the_recorded_ones_do():
-    """Of the recorded climbing jumps, 30 to 34 % end more than 5 cm aside and 24 % turned by more than 5 degrees; here 29 and 35 %."""
-    samples = sample_motions(TumblingWorld(), 2000, seed=0, progress=False)
+def test_with_rocking_climbing_jumps_end_turned_too_often_and_aside_a_little_too_seldom():
+    """Of the recorded climbing jumps, 30 to 34 % end more than 5 cm aside and 24 % turned by more than 5 degrees.
+
+    Here it is 27 to 30 % and 34 to 38 % (5,000 jumps with each of the seeds 0 to 3).
+    """
+    samples = sample_motions(TumblingWorld(), 5000, seed=0, progress=False)
     climbs = samples.on_map & (samples.effects[:, 2] > 0.15)
     ends = samples.starts + samples.effects
     aside = np.mean(np.abs(ends[climbs, 0]) > 0.05)
     turned = np.mean([abs(yaw_of(*end[3:7])) > 5 for end in ends[climbs]])
-    assert climbs.sum() > 250
-    assert 0.2 < aside < 0.42
-    assert 0.2 < turned < 0.45
+    assert climbs.sum() > 900
+    assert aside == pytest.approx(0.28, abs=0.04)
+    assert turned == pytest.approx(0.36, abs=0.04)
 
 
 # --- a jump depends on nothing but state, motion and generator ---
