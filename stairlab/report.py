@@ -240,7 +240,8 @@ def _context(run: Run) -> dict[str, Any]:
         "choice_x": _choice(run.classes_x),
         "settings": run.classes.settings,
         "scaling": SCALINGS[run.classes.settings["scaling"]],
-        "command": f"stairlab run --n {run.n} --seed {run.seed}",
+        "command": f"stairlab run --n {run.n} --seed {run.seed}"
+        + " --world tumbling" * isinstance(run.world, TumblingWorld),
         "files": sorted(f"{name}.csv" for name in ("samples", *tables(run), *(f"prototypes_{s}" for s in SET_FILES))),
     }
 

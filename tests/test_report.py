@@ -10,6 +10,7 @@ from small_run import page, pictures, small_run
 from stairlab import drawing
 from stairlab import report as report_module
 from stairlab.report import figures, listed, percent, render, write_report
+from stairlab.tumbling import TumblingWorld
 
 VOID = {"meta", "img", "br", "link", "input", "hr", "source"}
 
@@ -158,8 +159,13 @@ def test_outcomes_add_up_to_all_jumps(report: Page) -> None:
 
 def test_the_command_and_the_versions_are_named(report: Page) -> None:
     run = small_run()
-    assert f"stairlab run --n {run.n} --seed {run.seed}" in report.text
+    assert f"stairlab run --n {run.n} --seed {run.seed}\n" in report.text
     assert f"numpy {run.versions['numpy']}" in report.text
+
+
+def test_the_command_of_a_run_in_the_tumbling_world_names_it() -> None:
+    run = dataclasses.replace(small_run(), world=TumblingWorld())
+    assert f"stairlab run --n {run.n} --seed {run.seed} --world tumbling<" in render(run, pictures())
 
 
 def test_notes_are_shown_and_escaped() -> None:
