@@ -163,9 +163,9 @@ def build_parser() -> argparse.ArgumentParser:
     published.add_argument(
         "part",
         nargs="?",
-        default="paper",
-        help="tumbling (three dimensions), tumbling-as-published, paper (default: the same in the plane), restitution-0, "
-        "restitution-0.1 (with other risers), or beyond (better sets and DQN settings)",
+        default="tumbling",
+        help="tumbling (three dimensions, the default), tumbling-as-published, plane, restitution-0, restitution-0.1 (the plane with "
+        "other risers), or beyond (the plane, better sets and DQN settings)",
     )
     published.add_argument("--out", type=Path, metavar="FOLDER", help="where to write (default: published-PART)")
 

@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.planning import jumps_to_climb, trap_width
-from stairlab.world import CubeWorld, StairWorld
+from stairlab.world import MAP_HALF_WIDTH, CubeWorld, StairWorld
 
 ENDS = ("top", "off", "stuck", "other")
 """ How a greedy episode ends: on the top; off the map; stuck where its last jumps change nothing; or else (time's up) """
@@ -26,6 +26,8 @@ STUCK_STEPS = 10
 TRAP = 0.03
 """ From within this gap before a riser no ordinary push climbs, in either world [m] """
 RUN = ["method", "seed"]
+STEEP = 85.0
+""" A motion above this angle climbs from where others are trapped; the grid has it in its corners [deg] """
 EPISODE = [*RUN, "episode"]
 MOTION = ["magnitude", "angle"]
 
@@ -44,8 +46,9 @@ def ends(episodes: pd.DataFrame) -> pd.DataFrame:
         A row for each episode: "method", "seed", "episode", "step" of the stairs on which it ends, the distance "to riser" ahead of
         the cube's foremost corner [m], and "end", one of ``ENDS``.
     """
+    tumbles = "x" in episodes
     found = [
-        {**dict(zip(EPISODE, key, strict=True)), **_end(rows)}
+        {**dict(zip(EPISODE, key, strict=True)), **_end(rows, tumbles)}
         for key, rows in _complete(episodes).groupby(EPISODE, sort=False)
     ]
     return pd.DataFrame(found, columns=[*EPISODE, "step", "to riser", "end"])
@@ -56,7 +59,7 @@ def _complete(episodes: pd.DataFrame) -> pd.DataFrame:
     return episodes.assign(**{name: 0 for name in ("episode", "x", "yaw") if name not in episodes})
 
 
-def _end(episode: pd.DataFrame) -> dict[str, Any]:
+def _end(episode: pd.DataFrame, tumbles: bool) -> dict[str, Any]:
     staircase = Staircase.fifteen()
     last = episode.iloc[-1]
     world = StairWorld(staircase)
@@ -65,13 +68,13 @@ def _end(episode: pd.DataFrame) -> dict[str, Any]:
     elif not world.on_map(last[["x", "y", "z"]].to_numpy(dtype=float)):
         end = "off"
     else:
-        end = "stuck" if _is_stuck(episode) else "other"
+        end = "stuck" if _is_stuck(episode, tumbles) else "other"
     return {"step": int(last["steps"]), "to riser": float(gaps(episode.iloc[-1:])[0]), "end": end}
 
 
-def _is_stuck(episode: pd.DataFrame) -> bool:
+def _is_stuck(episode: pd.DataFrame, tumbles: bool) -> bool:
     """Whether the last jumps of an episode change nothing: no place in the plane, no step where the cube tumbles."""
-    if not episode[["x", "yaw"]].to_numpy().any():
+    if not tumbles:
         moved = np.abs(np.diff(episode[["y", "z"]].to_numpy()[-STUCK_JUMPS - 1 :], axis=0)).sum(axis=1)
         return len(moved) == STUCK_JUMPS and bool((moved < STUCK_SHIFT).all())
     steps = episode["steps"].to_numpy()[-STUCK_STEPS - 1 :]
@@ -127,6 +130,64 @@ def trapped(episodes: pd.DataFrame) -> pd.DataFrame:
     return grouped.mean().assign(jumps=grouped["jumps"].sum().astype(int)).reset_index()
 
 
+def accounts(episodes: pd.DataFrame) -> pd.DataFrame:
+    """Say what greedy episodes earn and lose: why a set that climbs fast may score less than one that climbs step by step.
+
+    Parameters
+    ----------
+    episodes : pandas.DataFrame
+        A row for each jump.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each method, with means over episodes: "jumps"; those that "climb", each of which earns 1; the "steps a climb",
+        which earn no more if they are two or three; what falls have "lost", in steps; and the "return".
+    """
+    table = _complete(episodes)
+    before = table.groupby(EPISODE, sort=False)["steps"].shift(fill_value=0)
+    gained = table["steps"] - before
+    table = table.assign(climb=gained > 0, gained=gained.clip(lower=0), lost=table["reward"].clip(upper=0))
+    sums = table.groupby(EPISODE, sort=False)[["climb", "gained", "lost", "reward"]].sum()
+    means = sums.assign(jumps=table.groupby(EPISODE, sort=False).size()).groupby("method", sort=False).mean()
+    means["steps a climb"] = means["gained"] / means["climb"]
+    return means.rename(columns={"reward": "return"})[
+        ["jumps", "climb", "steps a climb", "lost", "return"]
+    ].reset_index()
+
+
+def thrown_off(episodes: pd.DataFrame) -> pd.DataFrame:
+    """Say how greedy agents leave the map.
+
+    Parameters
+    ----------
+    episodes : pandas.DataFrame
+        A row for each jump.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each method: the share of jumps with a "steep" motion, above ``STEEP``; the number of "episodes", the share that
+        ends "off" the map, and of these the shares whose last motion is steep ("steep last"), and that end "behind" the start or
+        "aside" of the stairs (else: beyond). Shares of motions are NaN where these are not known.
+    """
+    table = _complete(episodes).merge(ends(episodes)[[*EPISODE, "end"]], on=EPISODE)
+    table["steep"] = (table["angle"] > STEEP).where(table["angle"].notna()).astype(float)
+    last = table.groupby(EPISODE, sort=False).tail(1)
+    off = last["end"] == "off"
+    shares = pd.DataFrame(
+        {
+            "method": last["method"],
+            "off": off.astype(float),
+            "steep last": last["steep"].where(off),
+            "behind": (last["y"] < 0).astype(float).where(off),
+            "aside": (last["x"].abs() > MAP_HALF_WIDTH).astype(float).where(off),
+        }
+    ).groupby("method", sort=False)
+    counts = {"steep": table.groupby("method", sort=False)["steep"].mean(), "episodes": shares.size()}
+    return pd.concat([pd.DataFrame(counts), shares.mean()], axis=1).reset_index()
+
+
 def ways_out(
     episodes: pd.DataFrame,
     motions: pd.DataFrame,
@@ -159,7 +220,7 @@ def ways_out(
     world = world or StairWorld(Staircase.fifteen())
     first = _complete(episodes).query("episode == 0")
     jumps, sets = dict(iter(first.groupby(RUN))), dict(iter(motions.groupby(RUN)))
-    stuck = ends(first).query("end == 'stuck'").set_index(RUN).index
+    stuck = ends(episodes).query("episode == 0 and end == 'stuck'").set_index(RUN).index
     rows = []
     for run in tqdm([run for run in stuck if run in sets], desc="ways out", disable=not progress, leave=False):
         _put_where_it_ended(world, jumps[run])

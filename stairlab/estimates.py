@@ -111,6 +111,11 @@ def improvement(x: np.ndarray, y: np.ndarray, axis: int = -1) -> np.ndarray:
     return u / (x.shape[axis] * y.shape[axis])
 
 
+def peak(curves: np.ndarray, axis: int = -1) -> np.ndarray:
+    """Return the highest value of the mean of curves."""
+    return curves.mean(axis=axis).max(axis=0)
+
+
 def half_step(steps: np.ndarray) -> Statistic:
     """Return the statistic of curves: the step, one of ``steps``, at which their mean has risen half way.
 

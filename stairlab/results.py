@@ -22,6 +22,7 @@ from stairlab._validation import one_of
 from stairlab.beyond import TUNED_DQN
 from stairlab.estimates import (
     Estimate,
+    Statistic,
     deviation,
     difference_of,
     estimate,
@@ -30,6 +31,7 @@ from stairlab.estimates import (
     interval,
     iqm,
     p_value,
+    peak,
 )
 from stairlab.physics import Staircase
 from stairlab.tumbling import stair_world
@@ -163,6 +165,22 @@ class StudyResults:
         }
         return StudyResults(description=self.description, **chosen)
 
+    def with_effect_sets(self, method: str) -> StudyResults:
+        """Return the results with another method in the place of "effect": what holds of our sets can then be asked of others.
+
+        Raises
+        ------
+        ValueError
+            If there is no such method.
+        """
+        one_of("method", method, self.methods)
+        tables = {}
+        for name in TABLES:
+            table = getattr(self, name)
+            table = table[(table["method"] != "effect") | (method == "effect")]
+            tables[name] = table.assign(method=table["method"].replace(method, "effect")).reset_index(drop=True)
+        return StudyResults(description=self.description, **tables)
+
     def joined(self, other: StudyResults) -> StudyResults:
         """Return these runs and those of another part of the same study; a run that both hold is taken from the other."""
         twice = set(other.runs[RUN].itertuples(index=False, name=None))
@@ -224,13 +242,33 @@ class StudyResults:
         """Estimate the interquartile mean of a method's scores."""
         return estimate(iqm, self.scores(method))
 
-    def difference(self, method: str, other: str) -> Estimate:
-        """Estimate by how much the mean score of a method is above another's."""
-        return estimate(difference_of(np.mean), self.scores(method), self.scores(other))
+    def difference(self, method: str, other: str, of: str = "score") -> Estimate:
+        """Estimate by how much a method is above another.
 
-    def difference_p(self, method: str, other: str) -> float:
-        """Return the p-value of the claim that two methods' mean scores are equal, see ``p_value``."""
-        return p_value(difference_of(np.mean), self.scores(method), self.scores(other))
+        Parameters
+        ----------
+        method, other : str
+            The two methods.
+        of : {"score", "spread", "half at", "peak"}
+            Their mean score; the standard deviation of their scores; the training steps in which their mean curve rises half way; or
+            the highest value of their mean curve.
+        """
+        statistic, (mine, theirs) = self._measured(of, method, other)
+        return estimate(difference_of(statistic), mine, theirs)
+
+    def p_value(self, method: str, other: str, of: str = "score", bound: float = 0.0) -> float:
+        """Return the p-value of the claim that a ``difference`` is ``bound``, see ``stairlab.estimates.p_value``."""
+        statistic, (mine, theirs) = self._measured(of, method, other)
+        return p_value(difference_of(statistic), mine, theirs, bound=bound)
+
+    def _measured(self, of: str, *methods: str) -> tuple[Statistic, list[np.ndarray]]:
+        """Return a statistic, and of each method the sample that it is a statistic of."""
+        curves = [self.curves(method) for method in methods]
+        of_scores: dict[str, Statistic] = {"score": np.mean, "spread": deviation}
+        of_curves: dict[str, Statistic] = {"half at": half_step(curves[0].index.to_numpy()), "peak": peak}
+        if one_of("of", of, (*of_scores, *of_curves)) in of_scores:
+            return of_scores[of], [self.scores(method) for method in methods]
+        return of_curves[of], [curve.to_numpy() for curve in curves]
 
     def probability_of_improvement(self, method: str, other: str) -> Estimate:
         """Estimate the probability that a run of a method scores higher than one of another, ties counted half."""
@@ -245,17 +283,6 @@ class StudyResults:
         curves = self.curves(method)
         return estimate(half_step(curves.index.to_numpy()), curves.to_numpy())
 
-    def half_step_difference(self, method: str, other: str) -> Estimate:
-        """Estimate how many training steps later than another a method has risen half way (see ``steps_to_half``)."""
-        mine, theirs = self.curves(method), self.curves(other)
-        return estimate(difference_of(half_step(mine.index.to_numpy())), mine.to_numpy(), theirs.to_numpy())
-
-    def half_step_p(self, method: str, other: str, bound: float = 0.0) -> float:
-        """Return the p-value of the claim that a method rises half way just ``bound`` steps later than another, see ``p_value``."""
-        curves = self.curves(method)
-        statistic = difference_of(half_step(curves.index.to_numpy()))
-        return p_value(statistic, curves.to_numpy(), self.curves(other).to_numpy(), bound=bound)
-
     def step_of(self, method: str, value: float) -> float:
         """Return the training step at which a method's mean curve first reaches a return, infinite if it never does."""
         mean = self.curves(method).mean(axis=1)
@@ -265,14 +292,6 @@ class StudyResults:
     def spread(self, method: str) -> Estimate:
         """Estimate the standard deviation of a method's scores over seeds."""
         return estimate(deviation, self.scores(method))
-
-    def spread_difference(self, method: str, other: str) -> Estimate:
-        """Estimate by how much the standard deviation of a method's scores is above another's."""
-        return estimate(difference_of(deviation), self.scores(method), self.scores(other))
-
-    def spread_p(self, method: str, other: str) -> float:
-        """Return the p-value of the claim that the standard deviations of two methods' scores are equal, see ``p_value``."""
-        return p_value(difference_of(deviation), self.scores(method), self.scores(other))
 
     def summary(self) -> pd.DataFrame:
         """Return a row for each method.
@@ -324,6 +343,14 @@ class StudyResults:
     def trapped(self) -> pd.DataFrame:
         """Count how often greedy agents lie in the trap before a riser, see ``stairlab.endings.trapped``."""
         return endings.trapped(self.episodes)
+
+    def accounts(self) -> pd.DataFrame:
+        """Say what greedy episodes earn and lose, see ``stairlab.endings.accounts``."""
+        return endings.accounts(self.episodes)
+
+    def thrown_off(self) -> pd.DataFrame:
+        """Say how greedy agents leave the map, see ``stairlab.endings.thrown_off``."""
+        return endings.thrown_off(self.episodes)
 
     def traps(self) -> pd.DataFrame:
         """Measure the trap that a riser is for each set, see ``stairlab.endings.traps``; "score" is that of its run."""
@@ -401,13 +428,14 @@ class StudyResults:
             raise ValueError(f"{path} must be a file of a study's tables, but cannot be read as one: {error}") from None
 
 
-def load_published_study(part: str = "paper") -> StudyResults:
+def load_published_study(part: str = "tumbling") -> StudyResults:
     """Load the study that comes with the package.
 
     Parameters
     ----------
     part : str
-        "paper": the comparison at the paper's scale. The others: see ``published_studies``.
+        "tumbling", the comparison at the paper's scale in three dimensions, or another of ``published_studies``; "plane" is the same
+        comparison in the plane.
 
     Returns
     -------

@@ -5,10 +5,12 @@ import pytest
 from small_study import made_up
 
 from stairlab.claims import compare_claims, paper_claims
+from stairlab.results import load_published_study
 
 rng = np.random.default_rng(0)
 HIGH, LOW = rng.normal(10, 1, 20), rng.normal(5, 1, 20)
 RETURN = ("highest mean return", "uniform")
+SETS = {"effect": HIGH, "uniform": LOW, "random": LOW}
 
 
 def verdicts(results):
@@ -28,9 +30,11 @@ def test_a_clear_difference_is_supported_its_opposite_contradicted_and_too_few_s
 
 
 def test_no_two_rows_are_about_the_same_difference():
-    table = paper_claims(made_up({"effect": HIGH, "uniform": LOW, "random": LOW, "sac": HIGH}))
-    assert len(table) == 10
-    assert sum("difference" in words and "mean score" in words for words in table["we find"]) == 2  # uniform, random
+    table = paper_claims(made_up({"effect": HIGH, "uniform": LOW, "random": LOW - 1, "sac": HIGH}))
+    assert len(table) == table["the paper says"].nunique() == 13
+    above = ~table["the paper says"].str.contains("close")
+    found = table.loc[above & table["we find"].str.contains("mean score .* against"), "we find"]
+    assert len(found) == found.nunique() == 2  # uniform, random
 
 
 def test_sac_is_85_times_as_large_only_if_its_critics_are_counted_twice():
@@ -61,7 +65,24 @@ def test_robustness_is_the_spread_of_the_scores():
 def test_speed_is_compared_in_training_steps():
     results = made_up({"effect": HIGH, "uniform": LOW, "random": LOW}, samples={"effect": 2000})
     assert verdict(results, "way slower") == "contradicted"  # all made-up curves rise alike
-    assert verdict(results, "faster than random") == "undecided"
+    assert verdict(results, "convergence speed") == "undecided"
+    assert verdict(results, "similarly fast") == "supported"
+    late = made_up({"effect": HIGH, "random": HIGH})
+    late.evaluations.loc[(late.evaluations["method"] == "random") & (late.evaluations["step"] < 20_000), "return"] = 0.0
+    assert verdict(late, "similarly fast") == "contradicted"
+    assert verdict(late, "convergence speed") == "supported"
+
+
+def test_close_is_within_one_step_of_the_stairs():
+    near, wide = HIGH - 0.2 * rng.normal(1, 0.1, 20), rng.normal(10, 5, 20)
+    assert verdict(made_up({"effect": HIGH, "uniform": near}), "close in average") == "supported"
+    assert verdict(made_up({"effect": HIGH, "uniform": LOW}), "close in average") == "contradicted"
+    assert verdict(made_up({"effect": HIGH, "uniform": wide}), "close in average") == "undecided"
+
+
+def test_the_maximum_must_be_above_both():
+    assert verdict(made_up(SETS), "maximum reward") == "supported"
+    assert verdict(made_up(SETS | {"random": HIGH + 3}), "maximum reward") == "contradicted"
 
 
 def test_a_quick_study_says_nothing():
@@ -89,15 +110,46 @@ def test_p_values_allow_for_the_number_of_rows_that_are_tested():
     assert table.loc[~tested, "p (Holm)"].isna().all()
 
 
-def test_two_worlds_stand_side_by_side_and_the_reason_only_where_they_differ():
-    sets = {"effect": HIGH, "uniform": LOW, "random": LOW}
-    both = compare_claims(made_up(sets), made_up(sets | {"effect": LOW, "uniform": HIGH})).set_index("the paper says")
+def test_a_verdict_that_chance_gives_among_so_many_rows_is_undecided_among_them():
+    edge = made_up(SETS | {"uniform": HIGH - 0.55})
+    table = paper_claims(edge).set_index("the paper says").filter(like="higher than uniform", axis=0)
+    assert table["verdict"].item() == "supported"
+    assert table["p"].item() < 0.05 <= table["p (Holm)"].item()
+    assert table["among all rows"].item() == "undecided"
+    clear = paper_claims(made_up(SETS)).set_index("the paper says").filter(like="higher than uniform", axis=0)
+    assert clear["among all rows"].item() == "supported"
+
+
+def test_each_row_says_how_many_seeds_of_which_methods_it_rests_on():
+    table = paper_claims(made_up(SETS | {"random": LOW[:6]}))
+    assert "20 effect, 20 uniform" in set(table["seeds"])
+    assert "20 effect, 6 random" in set(table["seeds"])
+
+
+def test_two_worlds_stand_side_by_side_and_what_may_explain_it_only_where_they_differ():
+    both = compare_claims(made_up(SETS), made_up(SETS | {"effect": LOW, "uniform": HIGH})).set_index("the paper says")
     (first,) = [row for says, row in both.iterrows() if all(word in says for word in RETURN)]
     assert (first["verdict"], first["verdict in the plane"]) == ("supported", "contradicted")
+    assert first["seeds in the plane"] == "20 effect, 20 uniform"
     assert first["why they differ"]
-    same = compare_claims(made_up(sets), made_up(sets))
+    same = compare_claims(made_up(SETS), made_up(SETS))
     assert not same["why they differ"].any()
     assert (same["verdict"] == same["verdict in the plane"]).all()
+
+
+def test_what_may_explain_a_difference_is_measured_in_both_worlds():
+    tumbling, plane = load_published_study("tumbling"), load_published_study("plane")
+    table = compare_claims(tumbling, plane).set_index("the paper says")
+    (why,) = table.filter(like="higher than uniform", axis=0)["why they differ"]
+    for method in ("effect", "uniform"):
+        flat, deep = (study.trapped().set_index("method").loc[method] for study in (plane, tumbling))
+        assert f"{flat['in the trap']:.0%} in the plane and {deep['in the trap']:.0%} in 3-D ({method})" in why
+        assert f"{flat['free']:.0%} in the plane and {deep['free']:.0%} in 3-D ({method})" in why
+        flat, deep = (-study.accounts().set_index("method").loc[method, "lost"] for study in (plane, tumbling))
+        assert f"{flat:.1f} in the plane and {deep:.1f} in 3-D ({method})" in why
+    (why,) = table.filter(like="fall short of SAC", axis=0)["why they differ"]
+    stuck = [(study.ends().query("method == 'sac'")["end"] == "stuck").mean() for study in (plane, tumbling)]
+    assert f"{stuck[0]:.0%} in the plane, {stuck[1]:.0%} in 3-D" in why
 
 
 def test_what_the_other_study_lacks_stays_empty():

@@ -7,7 +7,8 @@ import pandas as pd
 import pytest
 from small_study import made_up
 
-from stairlab.endings import ends, trapped
+from stairlab.endings import accounts, ends, thrown_off, trapped
+from stairlab.results import load_published_study
 
 
 def test_episodes_end_on_the_top_or_stuck_or_else():
@@ -39,6 +40,38 @@ def test_trapped_counts_jumps_from_near_a_riser_and_what_becomes_of_them():
     assert row["in the trap"] == 0.5
     assert (row["free"], row["climbs"]) == (0.5, 0.0)
     assert row["climbs anywhere"] == 0.25
+
+
+def test_an_account_counts_climbs_once_each_however_high_and_what_falls_cost():
+    steps, rewards = (
+        [2, 2, 5, 4, 0],
+        [1.0, 0.0, 1.0, -1.0, -4.0],
+    )  # two climbs of 2 and 3 steps, a fall of one, and off the map
+    table = pd.DataFrame({"method": "effect", "seed": 0, "episode": 0, "y": 1.0, "steps": steps, "reward": rewards})
+    (row,) = accounts(table).to_dict("records")
+    assert (row["jumps"], row["climb"], row["steps a climb"]) == (5, 2, 2.5)
+    assert (row["lost"], row["return"]) == (-5, -3)
+
+
+def test_what_is_earned_and_lost_is_the_return():
+    table = load_published_study("tumbling").accounts()
+    np.testing.assert_allclose(table["climb"] + table["lost"], table["return"], atol=0.01)
+
+
+def test_who_leaves_the_map_is_counted_by_the_last_motion_and_the_side():
+    def episode(seed, angle, x, y):
+        rows = {"jump": [1, 2], "angle": [70.0, angle], "x": [0.0, x], "y": [0.5, y], "z": 0.05, "steps": 0, "yaw": 0.0}
+        return pd.DataFrame({"method": "effect", "seed": seed, "episode": 0, **rows})
+
+    table = pd.concat(
+        [episode(0, 89, 0, -0.5), episode(1, 60, 2.5, 1.0), episode(2, 89, 0, 1.0), episode(3, 89, 0, -0.1)]
+    )
+    (row,) = thrown_off(table).to_dict("records")
+    assert (row["episodes"], row["off"], row["steep"]) == (4, 0.75, 3 / 8)
+    assert row["steep last"] == pytest.approx(2 / 3)
+    assert (row["behind"], row["aside"]) == (pytest.approx(2 / 3), pytest.approx(1 / 3))
+    (row,) = thrown_off(table.assign(angle=np.nan)).to_dict("records")
+    assert np.isnan(row["steep"])
 
 
 def test_a_way_out_is_searched_from_where_the_agents_own_jumps_lead():

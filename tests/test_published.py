@@ -12,7 +12,7 @@ from stairlab.results import load_published_study, published_studies
 from stairlab.study import METHODS, Settings, motion_set
 
 PROJECT = Path(__file__).parents[1]
-PLANE = ("beyond", "paper", "restitution-0", "restitution-0.1")
+PLANE = ("beyond", "plane", "restitution-0", "restitution-0.1")
 TUMBLING = ("tumbling", "tumbling-as-published")
 PARTS = (*PLANE, *TUMBLING)
 
@@ -34,7 +34,7 @@ def tumbling():
 
 @pytest.fixture(scope="module")
 def paper():
-    return load_published_study()
+    return load_published_study("plane")
 
 
 def markdown(cells):
@@ -59,7 +59,7 @@ def claim_rows(tumbling, plane):
 
 def test_the_parts_are_known_by_name():
     assert published_studies() == sorted(PARTS)
-    with pytest.raises(ValueError, match="part must be one of 'beyond', 'paper'"):
+    with pytest.raises(ValueError, match="part must be one of 'beyond', 'plane'"):
         load_published_study("figure 4")
 
 
@@ -74,7 +74,7 @@ def test_the_paper_is_repeated_at_its_scale_with_enough_seeds(paper):
 
 def test_each_part_differs_from_the_paper_in_what_its_name_says():
     settings = {part: load_published_study(part).description["settings"] for part in PARTS}
-    common = settings["paper"]
+    common = settings["plane"]
     assert [settings[part]["world"] for part in PARTS] == ["plane"] * len(PLANE) + ["tumbling"] * len(TUMBLING)
     assert settings["tumbling-as-published"] == settings["tumbling"] | {"as_published": True}
     assert settings["beyond"] == common | {"dqn": TUNED_DQN}

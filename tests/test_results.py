@@ -19,8 +19,36 @@ def test_a_curve_that_rises_evenly_is_half_way_after_half_of_its_rise():
     half_way = next(step for step, share in zip(STEPS, rise, strict=True) if share >= (rise[0] + 1) / 2)
     for method in ("effect", "uniform"):
         assert results.steps_to_half(method).value == pytest.approx(half_way, abs=500)  # one evaluation, by rounding
-    assert results.half_step_difference("effect", "uniform").value == pytest.approx(0, abs=500)
+    assert results.difference("effect", "uniform", "half at").value == pytest.approx(0, abs=500)
     assert results.shift("effect") == 2000
+
+
+def test_two_methods_are_compared_by_score_spread_and_peak():
+    results = made_up({"effect": HIGH, "uniform": 2 * LOW})
+    assert results.difference("effect", "uniform").value == pytest.approx(HIGH.mean() - 2 * LOW.mean())
+    assert results.difference("effect", "uniform", "spread").value == pytest.approx(
+        HIGH.std(ddof=1) - 2 * LOW.std(ddof=1)
+    )
+    assert results.difference("effect", "uniform", "peak").value == pytest.approx(HIGH.mean() - 2 * LOW.mean())
+    with pytest.raises(ValueError, match="of must be one of 'score', 'spread', 'half at', 'peak'"):
+        results.difference("effect", "uniform", "speed")
+
+
+@pytest.mark.parametrize("of", ["score", "spread", "half at", "peak"])
+def test_a_p_value_is_below_005_where_the_interval_excludes_the_bound(of):
+    results = made_up({"effect": HIGH, "uniform": LOW + rng.normal(0, 2, 20)})
+    found = results.difference("effect", "uniform", of)
+    for bound, excluded in ((found.low - 1e-6, True), (found.high + 1e-6, True), ((found.low + found.high) / 2, False)):
+        assert (results.p_value("effect", "uniform", of, bound) < 0.051) == excluded
+
+
+def test_another_method_stands_in_for_the_effect_based_sets():
+    results = made_up({"effect": LOW, "mine": HIGH, "uniform": LOW})
+    turned = results.with_effect_sets("mine")
+    assert turned.methods == ["effect", "uniform"]
+    np.testing.assert_array_equal(turned.scores("effect"), results.scores("mine"))
+    assert set(turned.episodes["method"]) == {"effect", "uniform"}
+    np.testing.assert_array_equal(results.with_effect_sets("effect").scores("effect"), LOW)
 
 
 def test_a_curve_that_never_rises_counts_as_risen_at_the_end():
