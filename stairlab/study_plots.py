@@ -352,7 +352,7 @@ def _percent(estimate: Estimate) -> str:
 def plot_last_episodes(
     results: StudyResults, methods: str | Sequence[str] | None = None, axes: Axes | Sequence[Axes] | None = None
 ) -> Figure:
-    """Draw where the trained agents' last greedy episodes end, and whether they got stuck there.
+    """Draw where the trained agents' last greedy episodes end: on which step, and whether on the top, off the map or stuck.
 
     Stuck is an agent whose last five jumps each move the cube by less than 1 mm; in the tumbling world, whose last ten jumps leave it
     on its step. See ``StudyResults.ends``.
@@ -394,11 +394,11 @@ def _draw_ends(ax: Axes, ends: pd.DataFrame, label: str) -> str:
         there = np.flatnonzero(counts)
         ax.bar(there, counts[there], 0.8, bottom[there], edgecolor=INK, linewidth=0.6, **look)
         bottom += counts
-    top, stuck = (int((ends["end"] == end).sum()) for end in ("top", "stuck"))
-    ax.set_title(f"{label}: {top} of {len(ends)} on top", fontsize=10)
+    top, off, stuck = (int((ends["end"] == end).sum()) for end in ("top", "off", "stuck"))
+    ax.set_title(f"{label}\n{top} of {len(ends)} on top, {off} off the map", fontsize=10)
     ax.spines[["top", "right"]].set_visible(False)
     median = f", median step {ends['step'].median():g}" if len(ends) else ""
-    return f"{label}: of {len(ends)} episodes {top} on the top, {stuck} stuck{median}"
+    return f"{label}: of {len(ends)} episodes {top} on the top, {off} off the map, {stuck} stuck{median}"
 
 
 def plot_traps(results: StudyResults, ax: Axes | None = None) -> Figure:

@@ -358,18 +358,19 @@ def test_last_episodes_are_counted_by_step_and_by_what_the_end_was() -> None:
         episode(steps=4, moves=0.0009),
         episode(steps=4, moves=0.0011),
         episode(steps=0, jumps=5),  # the last five jumps are not known to have changed nothing
+        [{**jump, "y": -0.1} for jump in episode(steps=0, jumps=2)],  # behind the map
     ]
     rows = [{"method": "effect", "seed": seed, **jump} for seed, jumps in enumerate(ends) for jump in jumps]
-    results = replace(study({"effect": 5}), episodes=pd.DataFrame(rows))
+    results = replace(study({"effect": 6}), episodes=pd.DataFrame(rows))
     figure = plots.plot_last_episodes(results)
     (panel,) = figure.axes
     bars = [
         [(round(bar.get_x() + bar.get_width() / 2, 9), bar.get_y(), bar.get_height()) for bar in group]
         for group in panel.containers
     ]
-    assert bars == [[(15, 0, 1)], [], [(4, 0, 2)], [(0, 0, 1), (4, 2, 1)]]
-    assert "of 5 episodes 1 on the top, 2 stuck, median step 4" in alt_text(figure)
-    assert panel.get_title() == "effect-based: 1 of 5 on top"
+    assert bars == [[(15, 0, 1)], [(0, 0, 1)], [(4, 0, 2)], [(0, 1, 1), (4, 2, 1)]]
+    assert "of 6 episodes 1 on the top, 1 off the map, 2 stuck, median step 4" in alt_text(figure)
+    assert panel.get_title() == "effect-based\n1 of 6 on top, 1 off the map"
 
 
 def test_the_ends_are_told_apart_by_hatches_besides_colours() -> None:
