@@ -86,7 +86,10 @@ class StudyResults:
     motions : pandas.DataFrame
         A row for each action: "magnitude" [N], "angle" [deg], "class".
     episodes : pandas.DataFrame
-        A row for each jump of a trained agent's greedy episode: "jump", "magnitude", "angle", "y", "z" [m], "steps", "reward".
+        A row for each jump of a trained agent's greedy episodes, five where the world is random and else one: "episode" (from 0),
+        "jump" (from 1), "action" (number of the motion in its set, from 0; -1 for SAC), "magnitude" [N], "angle" [deg]; where it ends,
+        "x", "y", "z" [m], "yaw" [deg] and "steps"; and "reward". The shipped studies of the plane, which are older, have no columns
+        "episode", "action", "x" and "yaw".
     description : dict
         The study's "settings", its own sets ("own"), and the packages' "versions".
     """
@@ -300,8 +303,8 @@ class StudyResults:
         -------
         pandas.DataFrame
             "method"; number of "seeds" and, on average, of "actions"; the scores' "mean" and "sd", and their interquartile mean "iqm"
-            with its 95 % interval "low" to "high" (NaN with five seeds or fewer); "at the top", the share of trained agents whose
-            greedy episode ends there; "half at", the training steps in which the mean curve rises half way, and "half of 15 at",
+            with its 95 % interval "low" to "high" (NaN with five seeds or fewer); "at the top", the share of the trained agents'
+            greedy episodes that end there; "half at", the training steps in which the mean curve rises half way, and "half of 15 at",
             those until it is 7.5 (infinite if it never is); "samples" that a set was made from; "best return", what the search found
             that the sets allow, on average, a lower bound; "allow 15", the share of sets for which it found 15; "proved", the share
             of sets for which nothing better is possible; and "quick", whether the numbers say nothing.
