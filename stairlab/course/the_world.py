@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.spatial.transform import Rotation
 
 from stairlab.drawing import FAINT, GRID, INK, PATH, figure_legend, legend_below, new_figure
 from stairlab.physics import (
@@ -24,7 +25,7 @@ from stairlab.physics import (
 )
 from stairlab.plots import class_style, cube_corners, draw_cube, draw_stairs, plot_jump_views, pose, pose_at
 from stairlab.tumbling import stair_world
-from stairlab.world import Jump, StairWorld
+from stairlab.world import CubeWorld, Jump, StairWorld, yaw_of
 
 PUSH_TIME = PUSH_STEPS * TIME_STEP
 """ Time that the force acts [s] """
@@ -37,6 +38,8 @@ RECORDED_GAPS = {0.0001: 0.033, 0.001: 0.173, 0.002: 0.447, 0.005: 0.546, 0.02: 
 """ Share of the authors' 10,000 recorded jumps, of those that end below the top step, with a smaller gap [m] to the riser ahead """
 VIEWED = ((-0.1, 2.45), (-0.16, 1.75), (0.5, -0.5))
 """ What the explorer of both worlds shows of y, z and x [m]; x points down """
+SHOWN_TURN = 0.5
+""" A cube that is turned about the vertical by less is said to stand straight [deg] """
 WORLD_WORDS = {"tumbling": "In three dimensions", "plane": "In the plane"}
 OUTCOMES = {-1: "off the map", 0: "0 steps", 1: "1 step", 2: "2 steps", 3: "3 steps", 4: "4 steps"}
 SMALLEST_GAP = 1e-5
@@ -162,7 +165,7 @@ def gap_to_climb(magnitude: float | np.ndarray, angle: float | np.ndarray, rise:
 # The simulation
 
 
-def jump_from(world: StairWorld, y: float, magnitude: float, angle: float) -> Jump:
+def jump_from(world: CubeWorld, y: float, magnitude: float, angle: float) -> Jump:
     """Put the cube upright on the ground or tread at ``y`` [m], and jump with ``magnitude`` [N] at ``angle`` [deg], path recorded."""
     world.reset(world.state_at(y, world.staircase.height_at(y) + HALF))
     return world.jump(magnitude, angle, trajectory=True)
@@ -184,8 +187,22 @@ def outcome_words(jump: Jump) -> str:
 
 def gap_words(jump: Jump) -> str:
     """Say how far before the next riser a jump has ended, such as ", 1.8 mm before the riser"; nothing where there is none."""
-    gap = riser_gap(jump)
-    return f", {max(1000 * gap, 0):.1f} mm before the riser" if jump.on_map and math.isfinite(gap) else ""
+    gap = max(1000 * riser_gap(jump), 0)
+    return f", {gap:.{1 if gap < 10 else 0}f} mm before the riser" if jump.on_map and math.isfinite(gap) else ""
+
+
+def turn_words(jump: Jump) -> str:
+    """Say how a jump has turned the cube about the vertical, such as ", turned by 12°"; nothing where it has not."""
+    turned = abs(yaw_of(*jump.end[3:7]))
+    return f", turned by {turned:.0f}°" if jump.on_map and turned >= SHOWN_TURN else ""
+
+
+def front_edge(path: Trajectory) -> tuple[np.ndarray, np.ndarray]:
+    """Return the path of the middle of the cube's lower front edge, which from the side is a corner: y and z [m]."""
+    flat = path.quaternions is None
+    turns = Rotation.from_euler("x", path.rotation[:, None]) if flat else Rotation.from_quat(path.quaternions)
+    _, y, z = turns.apply((0, HALF, -HALF)).T
+    return path.y + y, path.z + z
 
 
 def path_of(jump: Jump) -> Trajectory:
@@ -569,8 +586,8 @@ def draw_trap_geometry(gap: float = 0.06, angle: float = 75.0, rise: float = Sta
     return figure
 
 
-def draw_trap(gap: float = 20.0, angle: float = 80.0, magnitude: float = 500.0) -> Figure:
-    """Draw a jump from close before the first riser: the rule's line, the simulated path of the lower front corner, and the end.
+def draw_trap(gap: float = 20.0, angle: float = 80.0, magnitude: float = 500.0, world: str = "plane") -> Figure:
+    """Draw a jump from close before the first riser: the rule's line, the simulated path of the lower front edge, and the end.
 
     Parameters
     ----------
@@ -580,43 +597,35 @@ def draw_trap(gap: float = 20.0, angle: float = 80.0, magnitude: float = 500.0) 
         Direction of the push [deg].
     magnitude : float
         Force [N].
+    world : {"plane", "tumbling"}
+        Which one; where it tumbles, the cube rocks in the fixed way.
 
     Returns
     -------
     matplotlib Figure
     """
-    world, rise = StairWorld(), Staircase.rise
-    riser = world.staircase.first_riser
-    front = riser - gap / 1000
-    jump = jump_from(world, front - HALF, magnitude, angle)
-    path = path_of(jump)
-    says = "out" if math.tan(math.radians(angle)) > rise / (gap / 1000) else "trapped"
-    does = f"{outcome_words(jump)}{gap_words(jump)}"
+    where = stair_world(world)
+    front = where.staircase.first_riser - gap / 1000
+    jump = jump_from(where, front - HALF, magnitude, angle)
+    steep = math.tan(math.radians(angle))
+    says = "out" if steep > Staircase.rise / (gap / 1000) else "trapped"
+    does = f"{outcome_words(jump)}{gap_words(jump)}{turn_words(jump)}"
     figure, ax = new_figure(
-        f"A jump with {magnitude:g} N at {angle:g}° from {gap:g} mm before the riser. tan α > h/g says: {says}. Simulated: {does}.",
+        f"{WORLD_WORDS[world]}: a jump with {magnitude:g} N at {angle:g}° from {gap:g} mm before the riser. tan α > h/g says: {says}. "
+        f"Simulated: {does}.",
         size=(5.8, 4.3),
     )
-    _fixed(figure, ax, 0.1, 0.18, 0.98, 0.88)
-    draw_stairs(ax, world.staircase, 1.0, 2.0)
-    steep = math.tan(math.radians(angle))
-    ax.plot(
-        [front, front + 0.42 / steep], [0, 0.42], "--", color=INK, linewidth=1.2, zorder=6, label="line of the push"
-    )
-    turned = path.rotation - math.pi / 4
-    reach = CUBE_EDGE / math.sqrt(2)
-    ax.plot(
-        path.y + reach * np.cos(turned),
-        path.z + reach * np.sin(turned),
-        color=PATH,
-        linewidth=1.5,
-        zorder=5,
-        label="lower front corner",
-    )
+    _fixed(figure, ax, 0.12, 0.2, 0.98, 0.88)
+    draw_stairs(ax, where.staircase, 1.0, 2.0)
+    line = [front, front + 0.42 / steep], [0, 0.42]
+    ax.plot(*line, "--", color=INK, linewidth=1.2, zorder=6, label="line of the push")
+    edge = front_edge(path_of(jump))
+    ax.plot(*edge, color=PATH, linewidth=1.5, zorder=5, label="lower front edge, its middle")
     draw_cube(ax, *pose(jump.start), facecolor="none", linestyle=":", linewidth=1.2)
     draw_cube(ax, *pose(jump.end))
-    ax.set(xlim=(0.25, 1.15), ylim=(-0.04, 0.56), xticks=(0.4, 0.6, 0.8, 1.0), yticks=(0, 0.15, 0.3, 0.45))
-    ax.set_title(f"tan α > h/g says: {says}\nsimulated: {does}", fontsize=10, loc="left")
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), frameon=False, fontsize=9, ncols=2)
+    ax.set(xlim=(0, 1.15), ylim=(-0.04, 0.56), xticks=(0, 0.2, 0.4, 0.6, 0.8, 1.0), yticks=(0, 0.15, 0.3, 0.45))
+    ax.set_title(f"{world}; tan α > h/g says: {says}\nsimulated: {does}", fontsize=10, loc="left")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), frameon=False, fontsize=9, ncols=2)
     return figure
 
 
@@ -743,7 +752,7 @@ def draw_two_jumps(gap: float = 2.0, first: float = 89.0, second: float = 89.0, 
 # The lesson's widget
 
 
-def draw_field(magnitude: float = 450, angle: float = 65, start: float = 0.25) -> Figure:
+def draw_field(magnitude: float = 450, angle: float = 65, start: float = 0.25, world: str = "plane") -> Figure:
     """Draw one motion from a field of start positions: the path from ``start`` bold, the others faint, and where each cube ends.
 
     Parameters
@@ -752,23 +761,26 @@ def draw_field(magnitude: float = 450, angle: float = 65, start: float = 0.25) -
         The motion [N], [deg].
     start : float
         y of the cube that is shown with its path and effect [m]; it stands upright on the ground or tread there.
+    world : {"plane", "tumbling"}
+        Which one; where it tumbles, the cube rocks in the fixed way.
 
     Returns
     -------
     matplotlib Figure
     """
-    world = StairWorld()
-    stairs = world.staircase
-    jump = jump_from(world, start, magnitude, angle)
-    others = [jump_from(world, y, magnitude, angle) for y in FIELD if y != start]
+    where = stair_world(world)
+    stairs = where.staircase
+    jump = jump_from(where, start, magnitude, angle)
+    others = [jump_from(where, y, magnitude, angle) for y in FIELD if y != start]
     climb = sum(one.on_map and one.dz > stairs.rise / 2 for one in (jump, *others))
-    what, left = outcome_words(jump), gap_words(jump)
+    what = f"{outcome_words(jump)}{gap_words(jump)}{turn_words(jump)}"
+    effect = f"Δy = {jump.dy:+.2f} m, Δz = {round(jump.dz, 2) + 0.0:+.2f} m"  # + 0.0: no "-0.00"
     figure, ax = new_figure(
-        f"A push with {magnitude:g} N at {angle:g}° from y = {start:g} m: {what}, Δy = {jump.dy:+.2f} m, Δz = {jump.dz:+.2f} m{left}. "
+        f"{WORLD_WORDS[world]}: a push with {magnitude:g} N at {angle:g}° from y = {start:g} m: {what}; {effect}. "
         f"From {climb} of {len(others) + 1} start positions the cube climbs.",
         size=(6.6, 4.5),
     )
-    _fixed(figure, ax, 0.09, 0.11, 0.98, 0.93)
+    _fixed(figure, ax, 0.09, 0.11, 0.98, 0.9)
     draw_stairs(ax, stairs, SEEN_HEIGHT, stairs.end + 0.15)
     ax.set(xticks=np.arange(0, 2.6, 0.5), yticks=(0, 0.3, 0.6, 0.9, 1.2, 1.5))
     for one in others:
@@ -784,7 +796,7 @@ def draw_field(magnitude: float = 450, angle: float = 65, start: float = 0.25) -
         ax.text(2.55, SEEN_HEIGHT - 0.05, words, color=PATH, ha="right", va="top", fontsize=9, bbox=box, zorder=7)
     draw_cube(ax, *pose(jump.start), facecolor="none", linestyle=":", linewidth=1.3, zorder=6)
     draw_cube(ax, *pose(jump.end), zorder=6)
-    ax.set_title(f"{what}: Δy = {jump.dy:+.3f} m, Δz = {jump.dz:+.3f} m{left}", fontsize=10, loc="left")
+    ax.set_title(f"{world}: {what}\n{effect}", fontsize=10, loc="left")
     return figure
 
 

@@ -179,11 +179,26 @@ def test_the_geometry_says_whether_the_line_passes_the_edge(gap, angle, passes):
 
 @pytest.mark.parametrize("gap", [2.0, 20.0, 100.0])
 @pytest.mark.parametrize("angle", [60.0, 80.0, 89.0])
-def test_the_trap_shows_what_the_rule_says_and_what_the_cube_does(gap, angle):
-    figure = the_world.draw_trap(gap, angle)
+@pytest.mark.parametrize("name", ["plane", "tumbling"])
+def test_the_trap_shows_what_the_rule_says_and_what_the_cube_does(gap, angle, name):
+    figure = the_world.draw_trap(gap, angle, world=name)
     says = "out" if math.tan(math.radians(angle)) > 300 / gap else "trapped"
+    assert the_world.WORLD_WORDS[name] in alt_text(figure)
     assert f"says: {says}" in alt_text(figure)
     assert "Simulated:" in alt_text(figure)
+
+
+def test_a_bump_turns_the_cube_where_it_tumbles_only():
+    assert "turned by" in alt_text(the_world.draw_trap(5.0, 60.0, world="tumbling"))
+    assert "turned by" not in alt_text(the_world.draw_trap(5.0, 60.0))
+
+
+def test_the_lower_front_edge_begins_and_ends_where_the_cube_has_it(world):
+    for one, end in ((world, (1.40, 0.60)), (TumblingWorld(rocking=0), (1.40, 0.60))):
+        path = one.jump(450, 65, trajectory=True).trajectory
+        y, z = the_world.front_edge(path)
+        assert (y[0], z[0]) == pytest.approx((0.3, 0), abs=1e-6)
+        assert (y[-1], z[-1]) == pytest.approx(end, abs=2e-3)
 
 
 def test_the_map_of_the_trap_counts_who_climbs():
@@ -205,8 +220,10 @@ def test_two_steep_jumps_lead_out_of_the_trap_and_two_flat_ones_do_not():
 @pytest.mark.parametrize("magnitude", [50, 450, 1000])
 @pytest.mark.parametrize("angle", [5, 65, 89])
 @pytest.mark.parametrize("start", [the_world.FIELD[0], 0.25, the_world.FIELD[-1]])
-def test_the_explorer_draws_one_motion_from_the_whole_field(magnitude, angle, start):
-    figure = the_world.draw_field(magnitude, angle, start)
+@pytest.mark.parametrize("name", ["plane", "tumbling"])
+def test_the_explorer_draws_one_motion_from_the_whole_field(magnitude, angle, start, name):
+    figure = the_world.draw_field(magnitude, angle, start, name)
+    assert the_world.WORLD_WORDS[name] in alt_text(figure)
     assert f"{magnitude} N at {angle}° from y = {start:g} m" in alt_text(figure)
     assert f"of {len(the_world.FIELD)} start positions" in alt_text(figure)
     cubes = len(figure.axes[0].patches) - 1
@@ -214,7 +231,14 @@ def test_the_explorer_draws_one_motion_from_the_whole_field(magnitude, angle, st
 
 
 def test_the_explorer_starts_at_the_paper_s_jump():
-    assert "2 steps, Δy = +1.10 m, Δz = +0.60 m, 0.8 mm before the riser" in alt_text(the_world.draw_field())
+    assert "2 steps, 0.8 mm before the riser; Δy = +1.10 m, Δz = +0.60 m" in alt_text(the_world.draw_field())
+
+
+@pytest.mark.parametrize(
+    ("magnitude", "name", "climb"), [(1000, "plane", 6), (975, "tumbling", 6), (1000, "tumbling", 3)]
+)
+def test_the_best_motions_of_the_explorer_climb_from_as_many_places_as_the_lesson_says(magnitude, name, climb):
+    assert f"From {climb} of 8 start" in alt_text(the_world.draw_field(magnitude, 89, world=name))
 
 
 def test_a_jump_is_said_in_words(world):
