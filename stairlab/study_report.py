@@ -88,6 +88,7 @@ def _context(results: StudyResults, found: dict[str, pd.DataFrame], progress: bo
         "rows": [_present(row) for row in found["summary"].to_dict("records")],
         "claims": [_present(row) for row in found["claims"].to_dict("records")],
         "trapped": results.trapped().to_dict("records"),
+        "accounts": [_present(row) for row in results.accounts().to_dict("records")],
         "ends": _ends(results, progress),
         "command": results.command(),
         "hours": results.hours,

@@ -55,6 +55,7 @@ def test_the_report_holds_the_scores_the_claims_and_the_command(report):
     assert "Effect-based prototypes achieve the highest mean return" in text
     assert "stairlab study --timesteps 30000 --world plane --methods effect uniform --seeds 0-1" in text
     assert "Not the paper’s study: it is in the plane, where a cube neither turns nor rolls." in text
+    assert "These verdicts are about the plane." in text
     assert "nan" not in text
 
 
