@@ -77,7 +77,8 @@ class Plan:
     value : float
         Return of the episode: a lower bound on what the set allows, because its jumps were simulated one after the other.
     bound : int
-        No episode with these motions returns more, counted in whole steps, up to the merging of like states.
+        No episode with these motions returns more, counted in whole steps, up to the merging of like states. In a random world both
+        hold for its fixed draw, such as the fixed rocking: for a robot that knows how the cube rocks.
     motions : ndarray of shape (n_jumps,), int
         The jumps of the episode, as row numbers of the set.
     states : ndarray of shape (n_jumps + 1, 8)
