@@ -43,14 +43,13 @@ from stairlab.drawing import (
     new_figure,
     quick_png,
 )
-from stairlab.endings import TRAP
-from stairlab.fidelity import Rollouts, TreadMeasures, corner_gaps, levels, yaws
+from stairlab.fidelity import CLOSE, Rollouts, TreadMeasures
 from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.planning import DEAD_BAND, Plan
 from stairlab.plots import draw_cube, draw_cube_from_above, draw_stairs, draw_stairs_from_above, pose
 from stairlab.prototypes import Prototypes
 from stairlab.tumbling import TumblingWorld
-from stairlab.world import MAP_HALF_WIDTH, CubeWorld, Jump, StairWorld, yaw_of
+from stairlab.world import CubeWorld, Jump, StairWorld, yaw_of
 
 if TYPE_CHECKING:
     import ipywidgets
@@ -395,15 +394,11 @@ def after_bumps(rollouts: Rollouts, staircase: Staircase | None = None) -> pd.Da
     -------
     pandas.DataFrame
         A row for each jump from the trap: the "yaw" of the cube before it [deg], whether it "climbs", and whether the cube is
-        "free" after it: on the map, and higher or farther than 3 cm from the riser ahead.
+        "free" after it: on the map, and not within 3 cm of the riser ahead (see ``TreadMeasures``).
     """
-    stairs = staircase or Staircase.fifteen()
-    x, y = rollouts.ends[:, :2].T
-    here = (y > 0) & (np.abs(x) < MAP_HALF_WIDTH)
-    climbs = here & (levels(rollouts.ends, stairs) > levels(rollouts.starts, stairs))
-    free = climbs | (here & (corner_gaps(rollouts.ends, stairs) >= TRAP))
-    trapped = (rollouts.jump > 0) & (corner_gaps(rollouts.starts, stairs) < TRAP)
-    return pd.DataFrame({"yaw": yaws(rollouts.starts), "climbs": climbs, "free": free})[trapped]
+    measured = TreadMeasures.of(rollouts, staircase)
+    table = pd.DataFrame({"yaw": measured.yaws, "climbs": measured.climbed, "free": measured.freed})
+    return table[measured.gaps < CLOSE]
 
 
 def draw_trap_in_worlds(staircase: Staircase | None = None, **rollouts: Rollouts) -> Figure:
