@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
-from stairlab.course.explore import DPI, Live
+from stairlab.course.explore import DPI, Live, explore
 from stairlab.course.game import (
     READINGS,
     Game,
@@ -28,7 +28,7 @@ from stairlab.course.game import (
     step_of,
     widest_after,
 )
-from stairlab.course.player import Control, Player
+from stairlab.course.player import Player
 from stairlab.drawing import (
     COLORS,
     FAINT,
@@ -48,7 +48,7 @@ from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.planning import DEAD_BAND, Plan
 from stairlab.plots import draw_cube, draw_cube_from_above, draw_stairs, draw_stairs_from_above, pose
 from stairlab.prototypes import Prototypes
-from stairlab.tumbling import TumblingWorld
+from stairlab.tumbling import TumblingWorld, stair_world
 from stairlab.world import CubeWorld, Jump, StairWorld, yaw_of
 
 if TYPE_CHECKING:
@@ -69,6 +69,8 @@ CLOSE_UP = 0.75
 """ Half the width of a close-up [m] """
 HEADROOM = 0.6
 """ Height shown above the cube, at least [m] """
+SHOWN_TURN = 0.5
+""" A cube that is turned about the vertical by less is said to stand straight [deg] """
 TURNED = 10
 """ A cube that bumps into a riser turned about the vertical, by this much [deg] """
 BUMPS = ("plane", "tumbling", f"tumbling, turned by {TURNED}°")
@@ -272,8 +274,8 @@ def draw_ways_out(**sets: Prototypes) -> Figure:
     return figure
 
 
-def draw_push(gap: int = 10, angle: int = 85, magnitude: int = 500) -> Figure:
-    """Draw a push off close to a riser, in the plane: its straight line, and what becomes of the cube.
+def draw_push(gap: int = 10, angle: int = 85, magnitude: int = 500, world: str = "plane") -> Figure:
+    """Draw a push off close to a riser: its straight line, and what becomes of the cube.
 
     Parameters
     ----------
@@ -283,29 +285,31 @@ def draw_push(gap: int = 10, angle: int = 85, magnitude: int = 500) -> Figure:
         Of the push [deg].
     magnitude : int
         Of the push [N].
+    world : {"plane", "tumbling"}
+        Which one; where it tumbles, the cube rocks in the fixed way.
 
     Returns
     -------
     matplotlib Figure
     """
-    world = StairWorld()
-    jump = _jump_before_riser(world, gap, angle, magnitude)
+    where = stair_world(world)
+    stairs, jump = where.staircase, _jump_before_riser(where, gap, angle, magnitude)
     (ax,) = make_axes(None, 1, (5.6, 4.6))
     ax.figure.figure.set_layout_engine(None)
     ax.set_position((0.13, 0.12, 0.83, 0.78))
-    _draw_jump_before_riser(ax, world.staircase, jump)
-    stairs, front = world.staircase, float(jump.start[1]) + CUBE_EDGE / 2
+    _draw_jump_before_riser(ax, stairs, jump)
+    front = float(jump.start[1]) + CUBE_EDGE / 2
     reach, said = gap / 1000 * math.tan(math.radians(angle)), _what_becomes(jump, stairs)
     top = min(reach, 0.8)
     ax.plot([front, front + top / math.tan(math.radians(angle))], [0, top], "--", color=INK, linewidth=1.2, zorder=5)
     if reach == top:
         marker = "o" if reach > stairs.rise else "X"
         ax.plot([stairs.first_riser], [reach], marker=marker, color=INK, markersize=7, zorder=6)
-    ax.set_title(f"g tan α = {reach:.3f} m, h = {stairs.rise} m: {said}", fontsize=9, loc="left")
+    ax.set_title(f"g tan α = {reach:.3f} m, h = {stairs.rise} m\n{world}: {said}", fontsize=9, loc="left")
     return finish(
         ax,
-        f"Close-up of a riser of {stairs.rise} m. The cube stands {gap} mm before it and is pushed with {magnitude} N at {angle}°. "
-        f"The straight line of its lower front corner meets the riser at {reach:.3f} m: {said}.",
+        f"Close-up of a riser of {stairs.rise} m. {world}: the cube stands {gap} mm before it and is pushed with {magnitude} N at "
+        f"{angle}°. The straight line of its lower front corner meets the riser at {reach:.3f} m: {said}.",
     )
 
 
@@ -365,7 +369,8 @@ def _what_becomes(jump: Jump, stairs: Staircase) -> str:
     if gained:
         return f"+{gained} step{'s' if gained != 1 else ''}"
     turned = abs(yaw_of(*jump.end[3:7]))
-    return f"no step, rests {1000 * after:.3g} mm before it" + (f", turned by {turned:.0f}°" if turned >= 0.5 else "")
+    words = f", turned by {turned:.0f}°" if turned >= SHOWN_TURN else ""
+    return f"no step, rests {1000 * after:.3g} mm before it{words}"
 
 
 def _draw_jump_before_riser(ax: Axes, stairs: Staircase, jump: Jump) -> None:
@@ -597,6 +602,8 @@ def draw_single_motions(
 def draw_game(game: Game, rival: Game | None = None, chosen: int | None = None, preview: bool = False) -> Figure:
     """Draw a game as its player sees it: the stairs, a close-up of the cube, and the return, with a rival's at the same jump.
 
+    Where the cube tumbles, the close-up is from above, too.
+
     Parameters
     ----------
     game : Game
@@ -621,8 +628,14 @@ def draw_game(game: Game, rival: Game | None = None, chosen: int | None = None, 
     _overview(ax, game, rival)
     _near(near, game, chosen, preview)
     _returns(curve, game, rival)
+    if game.tumbles:
+        near.set_position((0.63, 0.54, 0.36, 0.44))
+        curve.set_position((0.63, 0.12, 0.36, 0.16))
+        _near_from_above(figure.add_axes(_below(near, 0.33, 0.18)), near, game)
     ax.set_title(_after(game, count), fontsize=9, loc="left")
-    words = f"{_after(game, count)}. Gap to the riser ahead: {_millimetres(gap_of(state, game.staircase))}."
+    words = (
+        f"{_after(game, count)}. Gap to the riser ahead: {_millimetres(gap_of(state, game.staircase))}{_turned(game)}."
+    )
     if rival is not None:
         words += (
             f" The planner after as many jumps: step {_at(rival, count)[0]}, return {_number(_at(rival, count)[1])}."
@@ -670,6 +683,24 @@ def _near(ax: Axes, game: Game, chosen: int | None, preview: bool) -> None:
         ax.annotate("", head, (y, z), arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.8}, zorder=6)
 
 
+def _near_from_above(ax: Axes, side: Axes, game: Game) -> None:
+    """Draw the close-up of the cube from above, over as much of the stairs as its side view shows, at the same scale."""
+    x, y, *_ = state = game.states[-1]
+    draw_stairs_from_above(ax, game.staircase, *side.get_xlim())
+    path = game.path(len(game.actions)).trajectory if game.actions else None
+    if path is not None and path.x is not None:
+        ax.plot(path.y, path.x, color=PATH, linewidth=1.2, zorder=3)
+    draw_cube_from_above(ax, x, y, state[3:7])
+    half = CLOSE_UP * ax.bbox.height / ax.bbox.width
+    ax.set(xlabel="", ylabel="", ylim=(x + half, x - half), aspect="auto", xticks=[], yticks=[])
+
+
+def _turned(game: Game) -> str:
+    """Say how the cube is turned about the vertical, such as ", turned by 12°"; nothing where it is not."""
+    turned = abs(yaw_of(*game.states[-1][3:7]))
+    return f", turned by {turned:.0f}°" if turned >= SHOWN_TURN else ""
+
+
 def _leads(ax: Axes, game: Game) -> None:
     """Mark where each motion would lead, with its number; what lies outside the close-up is cut off."""
     numbers: dict[tuple[int, int], list[int]] = {}
@@ -703,38 +734,48 @@ def _returns(ax: Axes, game: Game, rival: Game | None) -> None:
 class StairsGame(Live):
     """Up The Stairs to be played by hand against a search: a widget in a notebook, the search's game as pictures elsewhere.
 
+    In the tumbling world the cube rocks before each push in the fixed way, as in the search.
+
     Parameters
     ----------
     sets : mapping of str to Prototypes or array-like
         The sets to choose from, by name.
-    plans : mapping of str to Plan
-        What the search found for each.
+    plans : mapping of str to mapping of str to Plan
+        What the search found, by world and set; the worlds "plane" and "tumbling" are those to choose from.
 
     Raises
     ------
     ValueError
-        If a set has no plan.
+        If a set has no plan in a world.
     """
 
-    def __init__(self, sets: Mapping[str, Prototypes | np.ndarray], plans: Mapping[str, Plan]) -> None:
-        if missing := [name for name in sets if name not in plans]:
-            raise ValueError(f"plans must have one for each set, but there is none for {', '.join(missing)}.")
+    def __init__(self, sets: Mapping[str, Prototypes | np.ndarray], plans: Mapping[str, Mapping[str, Plan]]) -> None:
+        for world, found in plans.items():
+            if missing := [name for name in sets if name not in found]:
+                raise ValueError(
+                    f"plans must have one for each set, but in the {world} world none for {', '.join(missing)}."
+                )
         self.sets = dict(sets)
-        self.rivals = {name: replay_plan(motions, plans[name]) for name, motions in self.sets.items()}
-        self.start(next(iter(self.sets)))
+        self.worlds = {world: stair_world(world, Staircase.fifteen()) for world in plans}
+        self.rivals = {
+            (world, name): replay_plan(self.sets[name], plans[world][name], self.worlds[world])
+            for world in plans
+            for name in sets
+        }
+        self.start(next(iter(self.worlds)), next(iter(self.sets)))
 
     def __repr__(self) -> str:
         return f"Up The Stairs, played by hand with one of the sets {', '.join(self.sets)}"
 
-    def start(self, name: str) -> None:
-        """Begin a game with a set."""
-        self.name = name
-        self.game = Game(self.sets[name])
+    def start(self, world: str, name: str) -> None:
+        """Begin a game in a world with a set."""
+        self.world, self.name = world, name
+        self.game = Game(self.sets[name], self.worlds[world])
 
     @property
     def rival(self) -> Game:
-        """The planner's game with the present set."""
-        return self.rivals[self.name]
+        """The planner's game in the present world with the present set."""
+        return self.rivals[self.world, self.name]
 
     def options(self) -> list[tuple[str, int]]:
         """Return the motions of the present set as a list shows them, with their numbers."""
@@ -755,7 +796,7 @@ class StairsGame(Live):
             how = "You are on the top" if game.on_top else "That is the end of the episode"
             return f"{said}{how}, with a return of {_number(game.value)}; the planner ends with {_number(rival.value)}."
         return (
-            f"{said}The gap ahead is {_millimetres(game.gaps[-1])}. The planner, after as many jumps: step {step}, "
+            f"{said}The gap ahead is {_millimetres(game.gaps[-1])}{_turned(game)}. The planner, after as many jumps: step {step}, "
             f"return {_number(value)}."
         )
 
@@ -779,14 +820,17 @@ class StairsGame(Live):
         return draw_game(self.game, self.rival, None if self.game.over else chosen, preview)
 
     def player(self) -> Player:
-        """Return the planner's game with the first set, to be stepped through; no kernel needed."""
-        name = next(iter(self.sets))
-        whole, game = self.rivals[name], Game(self.sets[name])
-        figures = [draw_game(game)]
-        for action in whole.actions:
-            game.jump(action)
-            figures.append(draw_game(game))
-        return Player(figures, [Control("jump of the planner", [str(i) for i in range(len(figures))])])
+        """Return the planner's games with the present set, to be stepped through; no kernel needed."""
+        rivals = {world: self.rivals[world, self.name] for world in self.worlds}
+        longest = max(len(rival.actions) for rival in rivals.values())
+
+        def planner(world: str = self.world, jump: int = 0) -> Figure:
+            game = Game(self.sets[self.name], self.worlds[world])
+            for action in rivals[world].actions[:jump]:
+                game.jump(action)
+            return draw_game(game)
+
+        return explore(planner, {"jump": "jump of the planner"}, world=list(rivals), jump=range(longest + 1)).player()
 
     def widget(self) -> ipywidgets.Widget:
         """Return the live widget: a slider over the motions, and buttons to jump, undo and restart.
@@ -805,6 +849,7 @@ class StairsGame(Live):
             options=self.options(), value=0, description="motion", layout=long, continuous_update=False, **wide
         )
         which = ipywidgets.ToggleButtons(options=list(self.sets), value=self.name, description="set", **wide)
+        where = ipywidgets.ToggleButtons(options=list(self.worlds), value=self.world, description="world", **wide)
         preview = ipywidgets.Checkbox(value=False, description="show where each motion leads", indent=False)
         buttons = [
             ipywidgets.Button(description=words, button_style=style, layout=ipywidgets.Layout(width="8em"))
@@ -838,7 +883,7 @@ class StairsGame(Live):
 
         def restart(_: Any) -> None:
             busy[0] = True  # a new list sets a new value, which would draw once more
-            self.start(which.value)
+            self.start(where.value, which.value)
             motion.options = self.options()
             motion.value = 0
             busy[0] = False
@@ -851,7 +896,8 @@ class StairsGame(Live):
         for button, action in zip(buttons, (jump, undo, restart), strict=True):
             button.on_click(action)
         which.observe(restart, "value")
+        where.observe(restart, "value")
         motion.observe(look, "value")
         preview.observe(look, "value")
         show()
-        return ipywidgets.VBox([motion, ipywidgets.HBox([*buttons, preview]), which, said, picture])
+        return ipywidgets.VBox([motion, ipywidgets.HBox([*buttons, preview]), where, which, said, picture])

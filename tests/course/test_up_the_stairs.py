@@ -30,9 +30,19 @@ def plans(sets):
     return {name: best_return(stairs, one, max_jumps=4, progress=False) for name, one in sets.items()}
 
 
+@pytest.fixture(scope="module")
+def both(sets, plans):
+    """Return plans in both worlds."""
+    world = TumblingWorld(Staircase.fifteen())
+    return {
+        "plane": plans,
+        "tumbling": {name: best_return(world, one, max_jumps=4, progress=False) for name, one in sets.items()},
+    }
+
+
 @pytest.fixture
-def stairs_game(sets, plans):
-    return StairsGame(sets, plans)
+def stairs_game(sets, both):
+    return StairsGame(sets, both)
 
 
 def words_in(figure):
@@ -117,6 +127,15 @@ def test_a_push_near_a_riser_is_drawn_with_what_becomes_of_it(gap, angle, said):
     figure = lesson.draw_push(gap, angle)
     assert said in alt_text(figure)
     assert f"{gap / 1000 * math.tan(math.radians(angle)):.3f} m" in words_in(figure)
+
+
+@pytest.mark.parametrize(
+    ("gap", "angle", "said"), [(10, 85, "no step, rests 8.93 mm"), (10, 89, "+1 step"), (5, 89, "turned by 44°")]
+)
+def test_a_push_near_a_riser_can_be_tried_where_the_cube_tumbles(gap, angle, said):
+    figure = lesson.draw_push(gap, angle, world="tumbling")
+    assert said in alt_text(figure)
+    assert "tumbling: " in words_in(figure)
 
 
 @pytest.mark.parametrize(("jumps", "narrowest"), [(0, 0.3), (3, 0.3), (15, 100)])
@@ -257,27 +276,42 @@ def test_a_game_on_the_top_is_drawn_without_a_gap():
     assert "the top" in alt_text(lesson.draw_game(game))
 
 
-def test_a_set_without_a_plan_is_refused(sets, plans):
-    with pytest.raises(ValueError, match="none for other"):
-        StairsGame(sets | {"other": sets["own"]}, plans)
+def test_a_game_that_tumbles_is_drawn_from_above_too(sets):
+    game = Game(sets["own"], TumblingWorld(Staircase.fifteen()))
+    game.jump(1)
+    figure = lesson.draw_game(game, chosen=0, preview=True)
+    *_, above = figure.axes
+    assert len(figure.axes) == 4
+    assert above.get_xlim() == figure.axes[1].get_xlim()
+    assert np.mean(above.get_ylim()) == pytest.approx(game.states[-1][0])
 
 
-def test_the_game_says_how_it_stands_and_how_it_ended(sets, plans):
-    game = StairsGame(sets, plans)
-    assert "step 0 of 15" in game.words()
-    assert "0: +1" in game.leads()
+def test_a_set_without_a_plan_is_refused(sets, both):
+    with pytest.raises(ValueError, match="in the plane world none for other"):
+        StairsGame(sets | {"other": sets["own"]}, both)
+
+
+def test_the_game_says_how_it_stands_and_how_it_ended(stairs_game):
+    assert "step 0 of 15" in stairs_game.words()
+    assert "0: +1" in stairs_game.leads()
     for _ in range(15):
-        game.game.jump(0)
-    assert "You are on the top, with a return of 15" in game.words()
+        stairs_game.game.jump(0)
+    assert "You are on the top, with a return of 15" in stairs_game.words()
 
 
-def test_without_a_kernel_the_planners_game_can_be_stepped_through(stairs_game, plans, monkeypatch):
+def test_where_the_cube_tumbles_the_game_says_how_it_is_turned(stairs_game):
+    stairs_game.start("tumbling", "random")
+    stairs_game.game.states[-1] = TumblingWorld().state_at(0.3, 0.05, yaw=math.radians(12))
+    assert "mm, turned by 12°. The planner" in stairs_game.words()
+
+
+def test_without_a_kernel_the_planners_games_can_be_stepped_through(stairs_game, both, monkeypatch):
     assert "text/html" not in stairs_game._repr_mimebundle_()
     monkeypatch.setenv("STAIRLAB_BOOK", "1")
     page = stairs_game._repr_mimebundle_()["text/html"]
     assert "stairlab-player" in page
-    assert page.count("data:image/png") == len(plans["own"]) + 2  # the first one twice
-    assert f"return {plans['own'].value:.0f}" in page
+    assert page.count("data:image/png") == 2 * (max(len(plans["own"]) for plans in both.values()) + 1) + 1  # one twice
+    assert f"return {both['plane']['own'].value:.0f}" in page
 
 
 def controls_of(widget):
@@ -326,6 +360,15 @@ def test_in_the_widget_another_set_begins_another_game(stairs_game):
     assert ", C" not in there["motion"].options[0][0]
     there["set"].value = "own"
     assert there["motion"].options[1][0] == "1: 600 N, 75°, C2"
+
+
+def test_in_the_widget_another_world_begins_another_game(stairs_game):
+    there = controls_of(stairs_game.widget())
+    there["Jump"].click()
+    there["world"].value = "tumbling"
+    assert (stairs_game.world, stairs_game.game.actions, stairs_game.game.tumbles) == ("tumbling", [], True)
+    there["Jump"].click()
+    assert stairs_game.game.actions == [0]
 
 
 def test_in_the_widget_a_finished_game_takes_no_jump_until_one_is_undone(stairs_game):
