@@ -613,9 +613,9 @@ def draw_trap(gap: float = 20.0, angle: float = 80.0, magnitude: float = 500.0, 
     figure, ax = new_figure(
         f"{WORLD_WORDS[world]}: a jump with {magnitude:g} N at {angle:g}° from {gap:g} mm before the riser. tan α > h/g says: {says}. "
         f"Simulated: {does}.",
-        size=(5.8, 4.3),
+        size=(5.8, 3.6),
     )
-    _fixed(figure, ax, 0.12, 0.2, 0.98, 0.88)
+    _fixed(figure, ax, 0.12, 0.22, 0.98, 0.87)
     draw_stairs(ax, where.staircase, 1.0, 2.0)
     line = [front, front + 0.42 / steep], [0, 0.42]
     ax.plot(*line, "--", color=INK, linewidth=1.2, zorder=6, label="line of the push")
@@ -625,7 +625,7 @@ def draw_trap(gap: float = 20.0, angle: float = 80.0, magnitude: float = 500.0, 
     draw_cube(ax, *pose(jump.end))
     ax.set(xlim=(0, 1.15), ylim=(-0.04, 0.56), xticks=(0, 0.2, 0.4, 0.6, 0.8, 1.0), yticks=(0, 0.15, 0.3, 0.45))
     ax.set_title(f"{world}; tan α > h/g says: {says}\nsimulated: {does}", fontsize=10, loc="left")
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), frameon=False, fontsize=9, ncols=2)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), frameon=False, fontsize=9, ncols=2)
     return figure
 
 
