@@ -20,6 +20,7 @@ from stairlab import endings
 from stairlab._files import write_bytes, write_whole
 from stairlab._validation import one_of
 from stairlab.beyond import TUNED_DQN
+from stairlab.endings import RUN
 from stairlab.estimates import (
     Estimate,
     Statistic,
@@ -60,7 +61,6 @@ ORDER = sorted([*METHODS, *BEYOND], key=lambda method: method == "sac")
 PLANE = {"world": "plane", "rocking": 1.0, "friction": 1.0, "as_published": False}
 """ Settings of studies that were made before there was a choice """
 TABLES = ("runs", "evaluations", "motions", "episodes")
-RUN = ["method", "seed"]
 STUDY_FILE = "study.json"
 CHECKSUMS = "SHA256SUMS"
 TOP_STEP = 15

@@ -32,6 +32,7 @@ from tqdm import tqdm
 from stairlab._files import write_bytes
 from stairlab._validation import one_of, whole_number
 from stairlab.agents import (
+    EVAL_EPISODES,
     EVAL_EVERY,
     Training,
     check_budget,
@@ -58,8 +59,6 @@ STEEP = (600.0, 89.0)
 """ The motion that "effect-plus-steep" adds: as steep as any, with a force that lifts the cube by some steps; N and degrees """
 SEARCHED = {"plane": MAX_SIMULATED, "tumbling": 2000}
 """ Jumps that the search for the best return may simulate """
-LAST_EPISODES = 5
-""" Greedy episodes of a trained agent that are kept, where the world is random """
 SETS = METHODS | BEYOND
 POLL_TIME = 1.0
 """ Between two looks at the runs that another process is making [s] """
@@ -625,13 +624,15 @@ def _last_episodes(
 ) -> pd.DataFrame:
     """Play the trained agent's greedy episodes: a row for each jump, with the motion, where it ended, and its reward.
 
+    There are as many as in an evaluation where the world is random, else one.
+
     "action" is the row number of the motion in the set, counted from 0, and -1 for SAC.
     """
     env = make_env(motions, **settings.env_options)
     env.reset(seed=int(seed.generate_state(1)[0]))
     world = env.unwrapped.world  # type: ignore[attr-defined]
     rows: list[tuple[float, ...]] = []
-    for episode in range(LAST_EPISODES if world.random else 1):
+    for episode in range(EVAL_EPISODES if world.random else 1):
         for jump, (action, reward, info) in enumerate(greedy_steps(training.model, env), start=1):
             magnitude, angle = motions.motions[action] if motions else action
             x, y, z, *quaternion, _ = world.state.tolist()
