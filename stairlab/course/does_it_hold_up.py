@@ -13,31 +13,27 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 from matplotlib.ticker import MaxNLocator
-from scipy.spatial import ConvexHull
 
 from stairlab.claims import CONTRADICTED, SUPPORTED, UNDECIDED
+from stairlab.course.engine import ENGINE_GAPS
 from stairlab.drawing import (
     COLORS,
-    CUBE,
     FAINT,
     GRID,
     INK,
-    PATH,
-    STAIRS,
     figure_legend,
     legend_below,
     marker_handle,
     new_figure,
 )
 from stairlab.estimates import Estimate, estimate
+from stairlab.fidelity import CLOSE, MODERATE_MOTIONS, TreadMeasures
 from stairlab.physics import CUBE_EDGE, Staircase
-from stairlab.plots import draw_cube, draw_stairs, pose
+from stairlab.plots import draw_cube, draw_cube_from_above, draw_stairs, pose
 from stairlab.results import TOP_STEP, StudyResults, load_published_study, published_studies
 from stairlab.study_plots import method_style, plot_learning_curves
-from stairlab.tumbling import TumblingWorld
-from stairlab.world import CubeWorld, Jump, StairWorld, yaw_of
+from stairlab.world import CubeWorld, StairWorld
 
 if TYPE_CHECKING:
     import ipywidgets
@@ -57,19 +53,6 @@ STATEMENT = (
     "On the paper's stairs, DQN learns to climb better with a 4 by 4 grid of motions than with effect-based prototypes."
 )
 """ What the reader bets on, again and again; the paper says that it is false """
-ENGINE = {
-    "within 3 cm of the riser [%]": "37",
-    "of these, free after one jump more [%]": "54",
-    "turned by more than 5° [%]": "72",
-    "more than 5 cm aside [%]": "78",
-    "a moderate jump climbs [%]": "33",
-    "highest step, quartiles": "4, 7, 12",
-}
-""" Random rollouts in the authors' simulator: 6,003 jumps, simulated with the engine that their launch files start """
-ENGINE_GAPS = {5: 0.03, 25: 6.7, 50: 71.0, 75: 166.0, 95: 288.0}
-""" Quantiles of the gap between foremost corner and riser there: percentage, and gap [mm] """
-MODERATE = ((350.0, 55.0), (650.0, 75.0))
-""" Moderate motions, of which some climb from most places: from, and to; magnitude [N], angle [deg] """
 
 Region = tuple[float, float]
 
@@ -823,108 +806,61 @@ def draw_worlds(studies: Mapping[str, StudyResults], methods: Sequence[str] = SE
 # Jumps from treads, in both worlds
 
 
-def tread_table(rollouts: Iterable[Sequence[Jump]], stairs: Staircase | None = None) -> pd.DataFrame:
-    """Say of each jump of some rollouts from where it began, and whether it climbed.
-
-    Parameters
-    ----------
-    rollouts : iterable of sequence of Jump
-        Each begins at the start pose.
-    stairs : Staircase, optional
-        The stairs; fifteen steps by default.
-
-    Returns
-    -------
-    pandas.DataFrame
-        A row for each jump: "rollout", "jump" (from 0), "magnitude", "angle"; where the cube lay before it: "level" of the stairs,
-        "gap" between its foremost corner and the riser ahead [m], "yaw" of its faces (0 to 45) [deg], distance "aside" [m]; and
-        after it: "end level", "end gap", and whether it "climbs": ends on the map, at a higher level.
-    """
-    stairs = stairs or Staircase.fifteen()
-    rows = []
-    for number, jumps in enumerate(rollouts):
-        for place, jump in enumerate(jumps):
-            (level, gap), (end_level, end_gap) = (_level_and_gap(state, stairs) for state in (jump.start, jump.end))
-            yaw, aside = abs(yaw_of(*jump.start[3:7])), abs(float(jump.start[0]))
-            climbs = jump.on_map and end_level > level
-            rows.append((number, place, jump.magnitude, jump.angle, level, gap, yaw, aside, end_level, end_gap, climbs))
-    names = ["rollout", "jump", "magnitude", "angle", "level", "gap", "yaw", "aside", "end level", "end gap", "climbs"]
-    return pd.DataFrame(rows, columns=names)
-
-
-def _level_and_gap(state: np.ndarray, stairs: Staircase) -> tuple[int, float]:
-    r"""Return the step on which a cube rests, and the gap :math:`y_r - (y + \frac{l}{2} \sum_j |R_{yj}|)` to the riser ahead [m]."""
-    qx, qy, qz, qw = state[3:7]
-    row = (2 * (qx * qy + qw * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz - qw * qx))
-    level = round((state[2] - CUBE_EDGE / 2) / stairs.rise)
-    foremost = state[1] + CUBE_EDGE / 2 * sum(map(abs, row))
-    return level, float(stairs.first_riser + stairs.run * level - foremost)
-
-
-def draw_resting(resting: Mapping[str, pd.DataFrame], shown: int = 60) -> Figure:
+def draw_resting(measured: Mapping[str, TreadMeasures], shown: int = 60) -> Figure:
     """Draw resting cubes from above, all on one tread: a panel for each world.
 
     Parameters
     ----------
-    resting : mapping of str to pandas.DataFrame
-        For each world, rows of ``tread_table``.
+    measured : mapping of str to TreadMeasures
+        What was measured on rollouts in each world.
     shown : int
         Cubes in each panel, the first ones.
     """
     figure, axes = new_figure(
         "Resting cubes on a tread, from above; the riser is at the right.",
-        panels=len(resting),
-        size=(3.6 * len(resting), 3.6),
+        panels=len(measured),
+        size=(3.6 * len(measured), 3.6),
     )
-    for ax, (name, table) in zip(np.ravel(axes), resting.items(), strict=True):
-        for gap, yaw, aside in table[["gap", "yaw", "aside"]].to_numpy()[:shown]:
-            turn = math.radians(yaw)
-            centre = np.array([-gap - CUBE_EDGE / 2 * (math.cos(turn) + math.sin(turn)), aside])
-            across, along = np.array([math.cos(turn), math.sin(turn)]), np.array([-math.sin(turn), math.cos(turn)])
-            corners = [
-                centre + CUBE_EDGE / 2 * (i * across + j * along) for i, j in ((1, 1), (1, -1), (-1, -1), (-1, 1))
-            ]
-            ax.add_patch(Polygon(corners, facecolor=CUBE, edgecolor=INK, alpha=0.35, linewidth=0.8))
+    for ax, (name, one) in zip(np.ravel(axes), measured.items(), strict=True):
+        for gap, yaw, aside in list(zip(one.gaps, one.yaws, one.asides, strict=True))[:shown]:
+            half = math.radians(yaw) / 2
+            y, turned = -gap - _reach(yaw), np.array([0, 0, math.sin(half), math.cos(half)])
+            draw_cube_from_above(ax, aside, y, turned, alpha=0.35, linewidth=0.8)
         ax.axvline(0, color=INK, linewidth=4)
         ax.set(xlim=(-0.42, 0.02), ylim=(-0.1, 0.7), aspect="equal", xlabel="y before the riser [m]", ylabel="|x| [m]")
-        ax.set_title(f"{name}: {min(shown, len(table))} cubes", fontsize=10)
-        medians = table[["gap", "yaw", "aside"]].median()
+        ax.set_title(f"{name}: {min(shown, len(one.gaps))} cubes", fontsize=10)
+        gap, yaw, aside = (np.median(values) for values in (one.gaps, one.yaws, one.asides))
         _say(
             figure,
-            f"{name}: in the median {1000 * medians['gap']:.0f} mm before it, turned by {medians['yaw']:.0f} degrees, "
-            f"{100 * medians['aside']:.0f} cm aside.",
+            f"{name}: in the median {1000 * gap:.0f} mm before it, turned by {yaw:.0f} degrees, {100 * aside:.0f} cm aside.",
         )
     return figure
 
 
-def draw_tread_gaps(gaps: Mapping[str, np.ndarray], trap: float = 0.03) -> Figure:
-    """Draw the share of resting cubes that lie nearer to a riser than a gap, for several worlds, and the authors' engine.
+def _reach(yaw: float) -> float:
+    """Return how far the foremost corner of a cube that rests turned about the vertical [deg] is before its centre [m]."""
+    turn = math.radians(yaw)
+    return CUBE_EDGE / 2 * (math.cos(turn) + abs(math.sin(turn)))
+
+
+def draw_tread_gaps(measured: Mapping[str, TreadMeasures]) -> Figure:
+    """Draw the share of resting cubes that lie nearer to a riser than a gap, for two worlds at most, and the authors' engine.
 
     Parameters
     ----------
-    gaps : mapping of str to ndarray of shape (n_poses,)
-        For each world, the gaps between foremost corner and riser [m].
-    trap : float
-        Nearer than this no ordinary push climbs [m].
+    measured : mapping of str to TreadMeasures
+        What was measured on rollouts in each world.
     """
     figure, ax = new_figure("Share of resting cubes that lie nearer to a riser than a gap.", size=(6.8, 3.8))
-    for (name, values), line, color in zip(gaps.items(), ("-", "--"), (COLORS[4], COLORS[1]), strict=False):
-        ordered, shares = np.sort(1000 * values), 100 * np.arange(1, len(values) + 1) / len(values)
+    for (name, one), line, color in zip(measured.items(), ("-", "--"), (COLORS[4], COLORS[1]), strict=False):
+        ordered, shares = np.sort(1000 * one.gaps), 100 * np.arange(1, len(one.gaps) + 1) / len(one.gaps)
         ax.plot(ordered, shares, line, color=color, linewidth=2.2, label=name)
-        _say(
-            figure,
-            f"{name}: {_percent(float((values < trap).mean()))} within {1000 * trap:g} mm, median {1000 * np.median(values):.0f} mm.",
-        )
-    ax.plot(
-        list(ENGINE_GAPS.values()),
-        list(ENGINE_GAPS),
-        "D",
-        color=INK,
-        markersize=7,
-        label="the authors' engine (quantiles)",
-    )
+        close, median = float((one.gaps < CLOSE).mean()), 1000 * np.median(one.gaps)
+        _say(figure, f"{name}: {_percent(close)} within {1000 * CLOSE:g} mm, median {median:.0f} mm.")
+    look: dict[str, Any] = {"color": INK, "markersize": 7, "label": "the authors' engine (quantiles)"}
+    ax.plot(list(ENGINE_GAPS.values()), list(ENGINE_GAPS), "D", **look)
     _say(figure, f"The authors' engine: median {ENGINE_GAPS[50]:g} mm.")
-    ax.axvspan(0, 1000 * trap, color=FAINT, alpha=0.25, linewidth=0, label="the trap: no ordinary push climbs")
+    ax.axvspan(0, 1000 * CLOSE, color=FAINT, alpha=0.25, linewidth=0, label="the trap: no ordinary push climbs")
     ax.set(xlim=(-4, 350), ylim=(0, 100), xlabel="gap to the riser ahead [mm]", ylabel="cubes that lie nearer [%]")
     legend_below(ax, ncols=2)
     return figure
@@ -942,7 +878,7 @@ def climb_chances(
     gaps : sequence of float
         Gaps between its foremost corner and the riser [m].
     jumps : int
-        Jumps from each gap, with motions drawn from ``MODERATE``; the same ones for each.
+        Jumps from each gap, with moderate motions (``fidelity.MODERATE_MOTIONS``); the same ones for each.
     yaw : float
         By how much the cube is turned about the vertical [deg].
     seed : int
@@ -953,15 +889,14 @@ def climb_chances(
     ndarray of shape (len(gaps),)
         The share of jumps that end on the map, at a higher level.
     """
-    stairs, turn = world.staircase, math.radians(yaw)
-    reach = CUBE_EDGE / 2 * (math.cos(turn) + abs(math.sin(turn)))
+    stairs, z = world.staircase, RISER * world.staircase.rise + CUBE_EDGE / 2
     shares = []
     for gap in gaps:
-        start = world.state_at(stairs.risers[RISER] - gap - reach, RISER * stairs.rise + CUBE_EDGE / 2, yaw=turn)
+        start = world.state_at(stairs.risers[RISER] - gap - _reach(yaw), z, yaw=math.radians(yaw))
         rng, climbed = np.random.default_rng(seed), 0
         for _ in range(jumps):
             world.reset(start)
-            jump = world.perform(rng.uniform(*MODERATE), np.random.default_rng(rng.integers(2**32)))
+            jump = world.perform(rng.uniform(*MODERATE_MOTIONS), np.random.default_rng(rng.integers(2**32)))
             climbed += jump.on_map and jump.dz > stairs.rise / 2
         shares.append(climbed / jumps)
     world.reset()
@@ -999,77 +934,6 @@ def easier(first: np.ndarray, second: np.ndarray, alike: float = 0.1) -> str:
     """Say in which world jumps climb more often, from the shares of the plane and of the tumbling world, see ``climb_chances``."""
     apart = float((second - first).mean())
     return "about alike" if abs(apart) <= alike else "in the tumbling world" if apart > 0 else "in the plane"
-
-
-def rolled_jump(magnitude: float = 500.0, angle: float = 70.0) -> Jump:
-    """Return a jump of the tumbling world that ends turned and aside: the first of a row of seeds."""
-    world = TumblingWorld()
-    for seed in range(100):
-        world.reset()
-        jump = world.jump(magnitude, angle, np.random.default_rng(seed), trajectory=True)
-        if jump.on_map and abs(jump.end[0]) > CUBE_EDGE / 2 and abs(yaw_of(*jump.end[3:7])) > 10:
-            return jump
-    raise RuntimeError(f"None of 100 jumps with {magnitude:g} N at {angle:g} degrees ends turned and aside.")
-
-
-def draw_rolled_jump(jump: Jump, moments: int = 14) -> Figure:
-    """Draw a jump of the tumbling world from the side and from above, with the cube at some moments.
-
-    Parameters
-    ----------
-    jump : Jump
-        With its trajectory.
-    moments : int
-        How often the cube is drawn: at equal distances along its path.
-    """
-    path = jump.trajectory
-    assert path is not None
-    assert path.x is not None
-    assert path.quaternions is not None
-    places, turns = np.column_stack([path.x, path.y, path.z]), path.quaternions
-    along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
-    at = np.unique(np.searchsorted(along, np.linspace(0, along[-1], moments)))
-    yaw, stairs = yaw_of(*jump.end[3:7]), Staircase()
-    figure, axes = new_figure(
-        f"A jump with {jump.magnitude:g} N at {jump.angle:g} degrees, from the side and from above: it ends {abs(jump.end[0]):.2f} m "
-        f"aside, turned by {abs(yaw):.0f} degrees.",
-        panels=2,
-        columns=1,
-        size=(6.8, 5.6),
-    )
-    right, top = max(path.y.max(), stairs.risers[1]) + 0.3, path.z.max() + 0.15
-    draw_stairs(axes[0], stairs, top, right)
-    for riser in stairs.risers:
-        axes[1].axvline(riser, color=STAIRS, linewidth=3, zorder=0)
-    for ax, across in zip(axes, (2, 0), strict=True):
-        ax.plot(places[:, 1], places[:, across], color=PATH, linewidth=1.2, zorder=3)
-        for moment in at:
-            corners = places[moment] + _corners(turns[moment])
-            last = moment == at[-1]
-            outline = corners[:, [1, across]][ConvexHull(corners[:, [1, across]]).vertices]
-            ax.add_patch(
-                Polygon(outline, facecolor=CUBE, edgecolor=INK, alpha=0.95 if last else 0.35, linewidth=1, zorder=4)
-            )
-        ax.set(xlim=(0, right), aspect="equal", xlabel="y [m]")
-    half = max(0.2, abs(places[:, 0]).max() + 0.12)
-    axes[0].set(ylim=(-0.05, top), ylabel="z [m]")
-    axes[1].set(ylim=(-half, half), ylabel="x [m]")
-    for ax, view in zip(axes, ("from the side", "from above: the plane has no x"), strict=True):
-        ax.set_title(view, fontsize=10)
-    return figure
-
-
-def _corners(quaternion: np.ndarray) -> np.ndarray:
-    """Return the corners of a cube about its centre, shape (8, 3) [m]."""
-    x, y, z, w = quaternion
-    rotation = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    return CUBE_EDGE / 2 * np.array(list(itertools.product((-1, 1), repeat=3))) @ rotation.T
 
 
 # The study in three dimensions

@@ -5,19 +5,21 @@ what it says of the plane is so.
 import dataclasses
 import html
 import math
+from pathlib import Path
 
+import nbformat
 import numpy as np
-import pandas as pd
 import pytest
-from scipy.spatial.transform import Rotation
 from scipy.stats import trim_mean
 
 from stairlab import Staircase, StairWorld, alt_text, load_published_study
 from stairlab.course import does_it_hold_up as lesson
 from stairlab.course import explore
 from stairlab.estimates import Estimate, estimate
+from stairlab.fidelity import TreadMeasures, roll_out
 from stairlab.tumbling import TumblingWorld
-from stairlab.world import yaw_of
+
+PROJECT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -277,47 +279,37 @@ def test_worlds_with_scores_below_nought_are_drawn_whole(study):
 # Jumps from treads
 
 
-def random_jumps(world, count=6):
-    rng = np.random.default_rng(1)
-    world.reset()
-    return [world.perform(rng.uniform((300, 55), (700, 89)), rng) for _ in range(count)]
+def measures(gaps, yaws=0.0, asides=0.0):
+    """Return what was measured on rollouts in which cubes rest at these gaps."""
+    gaps = np.asarray(gaps)
+    flags, yaws, asides = np.zeros(len(gaps), bool), *np.broadcast_arrays(yaws, asides, gaps)[:2]
+    return TreadMeasures(
+        len(gaps), 1, gaps, yaws, asides, moderate=flags, climbed=flags, freed=flags, tops=np.zeros(1, int)
+    )
 
 
-def test_a_table_of_treads_says_where_each_jump_began():
-    world = TumblingWorld(Staircase.fifteen())
-    rollouts = [random_jumps(world), random_jumps(world, 2)]
-    table = lesson.tread_table(rollouts)
-    assert table["rollout"].tolist() == [0] * 6 + [1] * 2
-    assert table.loc[0, ["level", "gap", "yaw", "aside"]].tolist() == pytest.approx([0, 0.3, 0, 0])
-    same_rollout = table["rollout"].diff() == 0
-    assert (table["level"] == table["end level"].shift())[same_rollout].all()
-    assert (table["gap"] == table["end gap"].shift())[same_rollout].all()
-    for jump, row in zip(rollouts[0], table.to_dict("records"), strict=False):
-        corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * 0.05
-        foremost = (Rotation.from_quat(jump.start[3:7]).apply(corners) + jump.start[:3])[:, 1].max()
-        assert row["gap"] == pytest.approx(0.6 + 0.4 * row["level"] - foremost)
-        assert row["climbs"] == (jump.on_map and jump.dz > 0.15)
-
-
-def test_a_climb_off_the_map_does_not_count():
-    (jump,) = random_jumps(StairWorld(Staircase.fifteen()), 1)
-    up = dataclasses.replace(jump, end=jump.start + np.array([0, 0.4, 0.3, 0, 0, 0, 0, 0]), on_map=True)
-    away = dataclasses.replace(up, on_map=False)
-    assert lesson.tread_table([[up], [away]])["climbs"].tolist() == [True, False]
+def test_the_rollout_of_the_lesson_is_that_of_the_library():
+    lesson_10 = nbformat.read(PROJECT / "notebooks" / "10_does_it_hold_up.ipynb", as_version=4)
+    (source,) = (cell.source for cell in lesson_10.cells if cell.id == "10-rollouts")
+    names: dict = {}
+    exec(source.split("\n\n\n")[0], names)  # noqa: S102: the function that the cell defines
+    world, (seed,) = StairWorld(Staircase.fifteen()), np.random.SeedSequence(3).spawn(1)
+    jumps, made = names["rollout"](world, np.random.default_rng(seed)), roll_out(world, 1, seed=3, progress=False)
+    np.testing.assert_array_equal([jump.end[:7] for jump in jumps], made.ends)
 
 
 def test_resting_cubes_are_drawn_where_they_lie():
-    rest = pd.DataFrame({"gap": [0.01, 0.1], "yaw": [0.0, 45.0], "aside": [0.0, 0.2]})
+    rest = measures([0.01, 0.1], [0.0, 45.0], [0.0, 0.2])
     figure = lesson.draw_resting({"here": rest, "there": rest}, shown=1)
     assert "there: in the median 55 mm before it, turned by 22 degrees, 10 cm aside" in alt_text(figure)
     (cube,) = figure.axes[0].patches
     assert cube.get_xy().max(axis=0) == pytest.approx([-0.01, 0.05])
-    turned = lesson.draw_resting({"turned": rest[1:]}).axes[0].patches[0].get_xy()
+    turned = lesson.draw_resting({"turned": measures([0.1], 45.0, 0.2)}).axes[0].patches[0].get_xy()
     assert turned.max(axis=0) == pytest.approx([-0.1, 0.2 + 0.05 * 2**0.5])
 
 
 def test_gaps_on_treads_are_told_beside_the_engines():
-    figure = lesson.draw_tread_gaps({"plane": np.array([0.001, 0.002, 0.01, 0.2])})
+    figure = lesson.draw_tread_gaps({"plane": measures([0.001, 0.002, 0.01, 0.2])})
     assert "plane: 75 % within 30 mm, median 6 mm" in alt_text(figure)
     assert "engine: median 71 mm" in alt_text(figure)
 
@@ -342,24 +334,6 @@ def test_chances_are_drawn_and_compared():
     assert lesson.easier(np.array([0.1, 0.5]), np.array([0.1, 0.6])) == "about alike"
     assert lesson.easier(np.array([0.1, 0.5]), np.array([0.5, 0.9])) == "in the tumbling world"
     assert lesson.easier(np.array([0.9, 0.5]), np.array([0.5, 0.1])) == "in the plane"
-
-
-def test_the_jump_that_rolls_is_seen_from_above():
-    jump = lesson.rolled_jump()
-    assert abs(jump.end[0]) > 0.05
-    figure = lesson.draw_rolled_jump(jump)
-    assert f"turned by {abs(yaw_of(*jump.end[3:7])):.0f} degrees" in alt_text(figure)
-    side, above = figure.axes
-    assert len(side.patches) > len(above.patches) > 8  # the side has the stairs, too
-    with pytest.raises(RuntimeError, match="turned and aside"):
-        lesson.rolled_jump(60, 5)
-
-
-@pytest.mark.parametrize("quaternion", [(0, 0, 0, 1), (0.5, 0.1, -0.3, 0.8)])
-def test_corners_are_rotated_as_scipy_rotates_them(quaternion):
-    turn = Rotation.from_quat(quaternion)
-    ours = lesson._corners(turn.as_quat())
-    assert np.allclose(ours, turn.apply(lesson._corners(np.array([0, 0, 0, 1.0]))))
 
 
 # The study in three dimensions: here the plane's, under another name
