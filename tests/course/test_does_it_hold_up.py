@@ -292,7 +292,7 @@ def test_the_rollout_of_the_lesson_is_that_of_the_library():
     lesson_10 = nbformat.read(PROJECT / "notebooks" / "10_does_it_hold_up.ipynb", as_version=4)
     (source,) = (cell.source for cell in lesson_10.cells if cell.id == "10-rollouts")
     names: dict = {}
-    exec(source.split("\n\n\n")[0], names)  # noqa: S102: the function that the cell defines
+    exec(source.split("\n\n\n")[0], names)  # the function that the cell defines
     world, (seed,) = StairWorld(Staircase.fifteen()), np.random.SeedSequence(3).spawn(1)
     jumps, made = names["rollout"](world, np.random.default_rng(seed)), roll_out(world, 1, seed=3, progress=False)
     np.testing.assert_array_equal([jump.end[:7] for jump in jumps], made.ends)
