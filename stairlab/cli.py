@@ -493,7 +493,7 @@ def _fidelity_json(by_world: Mapping[str, Any], world: str | None) -> dict[str, 
 
 
 def _show_fidelity(name: str, by_world: Mapping[str, Any]) -> None:
-    from stairlab.fidelity import climb_table, fidelity_table, tread_fidelity_table
+    from stairlab.fidelity import MOTION_RANGES, climb_table, fidelity_table, outcome_table, tread_fidelity_table
 
     some = next(iter(by_world.values()))
     if name == "jumps":
@@ -503,6 +503,12 @@ def _show_fidelity(name: str, by_world: Mapping[str, Any]) -> None:
         print()
         return
     print(f"rollouts on fifteen steps\n\n{tread_fidelity_table(by_world).to_string()}")
+    ranges = "; ".join(
+        f"{name}: {low[0]:g} to {high[0]:g} N, {low[1]:g} to {high[1]:g} degrees"
+        for name, (low, high) in MOTION_RANGES.items()
+    )
+    print(f"\nthe recorded jumps from treads, made again: shares that climb, fall, leave the map ({ranges})")
+    print(outcome_table(by_world).to_string())
     for by in ("gap", "yaw"):
         print(
             f"\nshare of jumps of 350 to 650 N at 55 to 75 degrees that climb\n{climb_table(by_world, by).to_string()}"

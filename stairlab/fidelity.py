@@ -54,8 +54,17 @@ FALLEN = 0.02
 WIDE_MOTIONS = ((50.0, 1.0), (1000.0, 89.0))
 STEEP_MOTIONS = ((300.0, 55.0), (700.0, 89.0))
 """ The two ranges of motions in rollouts, from and to: magnitude [N] and angle [deg]; a coin decides for each jump """
-MODERATE_MOTIONS = ((350.0, 55.0), (650.0, 75.0))
+MotionRange = tuple[tuple[float, float], tuple[float, float]]
+""" Lowest and highest magnitude [N] and angle [deg] """
+MODERATE_MOTIONS: MotionRange = ((350.0, 55.0), (650.0, 75.0))
 """ Motions of which the probability to climb is measured: enough for a step, not enough to fly off """
+MOTION_RANGES: dict[str, MotionRange] = {
+    "moderate": MODERATE_MOTIONS,
+    "strong": ((700.0, 60.0), (1000.0, 78.0)),
+    "strong and steep": ((700.0, 78.0), (1000.0, 89.0)),
+    "steep": ((50.0, 85.0), (1000.0, 89.0)),
+}
+""" Motions whose outcomes are compared one by one: agents use few motions, a grid's mostly its strongest and steepest """
 GAP_BINS = (0.0, 0.03, 0.06, 0.1, 0.15, 0.2, 0.4)
 """ Edges of the bins by gap [m] """
 YAW_BINS = (0.0, 0.5, 5.0, 20.0, 45.0)
@@ -581,6 +590,47 @@ def _one_rollout(
             return
 
 
+def jump_again(rollouts: Rollouts, world: CubeWorld, seed: Seed = 0, *, progress: bool = True) -> Rollouts:
+    """Make the jumps from treads again, each from its recorded pose, with a draw of its own.
+
+    So a world is asked about the poses and motions of the file, whatever poses its own rollouts lead to. The plane knows neither x nor
+    a turn: there the cube is put square to the stairs, at the same gap.
+
+    Parameters
+    ----------
+    rollouts : Rollouts
+        The jumps; those from the start and from the top tread are left out.
+    world : CubeWorld
+        Where; its state afterwards is what it was before.
+    seed : int or numpy.random.SeedSequence
+        Jump i draws from child i of the seed.
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Rollouts
+        With the recorded starts and the new ends.
+    """
+    stairs = _checked_world(world).staircase
+    resting = (rollouts.jump > 0) & (levels(rollouts.starts, stairs) < stairs.n_steps)
+    starts, motions = rollouts.starts[resting], rollouts.motions[resting]
+    gaps, children = corner_gaps(starts, stairs), seed_sequence(seed).spawn(len(starts))
+    ends = np.empty_like(starts)
+    with _left_as_it_was(world):
+        for i in tqdm(
+            range(len(starts)), desc="jumps again", unit="jump", disable=not progress, leave=False, delay=0.5
+        ):
+            pose = starts[i]
+            if isinstance(world, StairWorld):
+                y = stairs.next_riser(pose[1]) - max(gaps[i], 0.0) - CUBE_EDGE / 2
+                world.reset(world.state_at(y, stairs.height_at(y) + CUBE_EDGE / 2))
+            else:
+                world.reset(np.append(pose, stairs.d_obs(pose[1])))
+            ends[i] = world.perform(motions[i], np.random.default_rng(children[i])).end[:7]
+    return Rollouts(rollouts.rollout[resting], rollouts.jump[resting], motions, starts, ends)
+
+
 def _on_map(poses: np.ndarray, stairs: Staircase) -> np.ndarray:
     """Whether each pose counts: 0 < y < end of the last tread - 0.04 m, ``|x|`` < 2.46 m, and not fallen."""
     x, y, z = poses[:, :3].T
@@ -604,8 +654,10 @@ class TreadMeasures:
         How far the cube's faces are turned about the vertical, 0 to 45 [deg].
     asides : ndarray of shape (n_resting_poses,)
         ``|x|`` [m].
-    moderate, climbed : ndarray of shape (n_resting_poses,), bool
-        Whether the jump from each pose is moderate, and whether it climbs.
+    motions : ndarray of shape (n_resting_poses, 2)
+        Of the jump from each pose: magnitude [N] and angle [deg].
+    climbed, fell, left : ndarray of shape (n_resting_poses,), bool
+        Whether it climbs, ends on the map but lower, or leaves the map.
     freed : ndarray of shape (n_resting_poses,), bool
         Whether it ends on the map, not close to a riser (3 cm or more off it, or on the top tread).
     tops : ndarray of shape (n_rollouts,), int
@@ -617,8 +669,10 @@ class TreadMeasures:
     gaps: np.ndarray = field(repr=False)
     yaws: np.ndarray = field(repr=False)
     asides: np.ndarray = field(repr=False)
-    moderate: np.ndarray = field(repr=False)
+    motions: np.ndarray = field(repr=False)
     climbed: np.ndarray = field(repr=False)
+    fell: np.ndarray = field(repr=False)
+    left: np.ndarray = field(repr=False)
     freed: np.ndarray = field(repr=False)
     tops: np.ndarray = field(repr=False)
 
@@ -628,8 +682,6 @@ class TreadMeasures:
         stairs = stairs or Staircase.fifteen()
         before, after = levels(rollouts.starts, stairs), levels(rollouts.ends, stairs)
         resting = (rollouts.jump > 0) & (before < stairs.n_steps)
-        low, high = np.array(MODERATE_MOTIONS)
-        moderate = ((low <= rollouts.motions) & (rollouts.motions <= high)).all(axis=1)
         stays = _on_map(rollouts.ends, stairs)
         climbed, freed = stays & (after > before), stays & ~(corner_gaps(rollouts.ends, stairs) < CLOSE)
         poses = rollouts.starts[resting]
@@ -639,11 +691,31 @@ class TreadMeasures:
             gaps=corner_gaps(poses, stairs),
             yaws=yaws(poses),
             asides=np.abs(poses[:, 0]),
-            moderate=moderate[resting],
+            motions=rollouts.motions[resting],
             climbed=climbed[resting],
+            fell=(stays & (after < before))[resting],
+            left=~stays[resting],
             freed=freed[resting],
             tops=pd.Series(after).groupby(rollouts.rollout).max().to_numpy(),
         )
+
+    @property
+    def moderate(self) -> np.ndarray:
+        """Whether the jump from each resting pose is moderate, shape (n_resting_poses,)."""
+        return self._within(MODERATE_MOTIONS)
+
+    def _within(self, ranges: MotionRange) -> np.ndarray:
+        low, high = np.array(ranges)
+        return ((low <= self.motions) & (self.motions <= high)).all(axis=1)
+
+    def outcomes_by_motion(self) -> pd.DataFrame:
+        """Return, for each of ``MOTION_RANGES``, the number of jumps (n) and the shares that climb, fall, and leave the map (left)."""
+        rows = []
+        for ranges in MOTION_RANGES.values():
+            made = self._within(ranges)
+            shares = {"climb": self.climbed, "fall": self.fell, "left": self.left}
+            rows.append({"n": int(made.sum())} | {name: _share(happened[made]) for name, happened in shares.items()})
+        return pd.DataFrame(rows, pd.Index(MOTION_RANGES, name="motions"))
 
     @property
     def climb(self) -> float:
@@ -709,6 +781,7 @@ class TreadMeasures:
             "share_close": _share(self.gaps < CLOSE),
             "share_turned": _share(self.yaws > TURNED),
             "share_aside": _share(self.asides > ASIDE),
+            "outcomes_by_motion": self.outcomes_by_motion().reset_index().to_dict("records"),
             "climb_by_gap": self.climb_by_gap().reset_index().to_dict("records"),
             "climb_by_yaw": self.climb_by_yaw().reset_index().to_dict("records"),
         }
@@ -723,10 +796,13 @@ class TreadFidelity:
     ----------
     reference, own : TreadMeasures
         The same measures on both.
+    again : TreadMeasures
+        The same on the recorded jumps from treads, made again in the world (see ``jump_again``).
     """
 
     reference: TreadMeasures
     own: TreadMeasures
+    again: TreadMeasures
 
     @property
     def gap(self) -> Compared:
@@ -761,7 +837,8 @@ class TreadFidelity:
     def summary(self) -> dict[str, Any]:
         """Return gap_ks, yaw_ks, x_ks, the world's own figures by name, and under "reference" those of the file, as JSON has them."""
         distances = _json({name: getattr(self, name) for name in ("gap_ks", "yaw_ks", "x_ks")})
-        return distances | self.own.summary() | {"reference": self.reference.summary()}
+        again = _json({"outcomes_again": self.again.outcomes_by_motion().reset_index().to_dict("records")})
+        return distances | self.own.summary() | again | {"reference": self.reference.summary()}
 
 
 def measure_tread_fidelity(
@@ -783,7 +860,7 @@ def measure_tread_fidelity(
     rollouts : int
         Number of its own rollouts.
     seed : int or numpy.random.SeedSequence
-        Rollout r draws from child r of the seed.
+        Rollout r, and recorded jump i when it is made again, draw from children r and i of the seed.
     progress : bool
         Show a progress bar.
 
@@ -807,8 +884,10 @@ def measure_tread_fidelity(
     stairs = _checked_world(world).staircase
     if stairs != Staircase.fifteen(stairs.restitution):
         raise ValueError(f"world must have the stairs of the recorded rollouts, Staircase.fifteen(), not {stairs}.")
-    reference = TreadMeasures.of(Rollouts.from_csv(path), stairs)
-    return TreadFidelity(reference, TreadMeasures.of(roll_out(world, rollouts, seed, progress=progress), stairs))
+    recorded = Rollouts.from_csv(path)
+    own = roll_out(world, rollouts, seed, progress=progress)
+    again = jump_again(recorded, world, seed, progress=progress)
+    return TreadFidelity(*(TreadMeasures.of(jumps, stairs) for jumps in (recorded, own, again)))
 
 
 # Side by side
@@ -872,6 +951,32 @@ def climb_table(fidelities: Mapping[str, TreadFidelity], by: str = "gap") -> pd.
         },
         tables["reference"].index,
     )
+
+
+def outcome_table(fidelities: Mapping[str, TreadFidelity]) -> pd.DataFrame:
+    """Return how the recorded jumps from treads end, for several ranges of motions: recorded, and made again in several worlds.
+
+    Parameters
+    ----------
+    fidelities : mapping of str to TreadFidelity
+        By the names of the worlds.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each of ``MOTION_RANGES``, with entries such as "0.61, 0.06, 0.11 of 98": the shares that climb, fall, and leave the
+        map, and the number of jumps.
+    """
+    tables = {"reference": next(iter(fidelities.values())).reference.outcomes_by_motion()}
+    tables |= {name: fidelity.again.outcomes_by_motion() for name, fidelity in fidelities.items()}
+    words = {
+        name: [
+            f"{', '.join(_figure(row[share], 2) for share in ('climb', 'fall', 'left'))} of {row['n']:.0f}"
+            for _, row in table.iterrows()
+        ]
+        for name, table in tables.items()
+    }
+    return pd.DataFrame(words, tables["reference"].index)
 
 
 Row = tuple[str, str, str]

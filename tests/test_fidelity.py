@@ -15,9 +15,11 @@ from stairlab.fidelity import (
     climb_table,
     corner_gaps,
     fidelity_table,
+    jump_again,
     levels,
     measure_fidelity,
     measure_tread_fidelity,
+    outcome_table,
     riser_gaps,
     roll_out,
     tread_fidelity_table,
@@ -415,6 +417,8 @@ def test_rollouts_are_measured_as_the_reference_says(by_hand):
     np.testing.assert_allclose(measures.asides, [0.3, 0, 0, 0.1])
     assert measures.moderate.tolist() == [True, True, True, False]
     assert measures.climbed.tolist() == [True, False, True, True]
+    assert measures.fell.tolist() == [False, False, False, False]
+    assert measures.left.tolist() == [False, True, False, False]
     assert measures.climb == pytest.approx(2 / 3)
     assert measures.climb_se == pytest.approx(math.sqrt(2 / 9 / 3))
     assert measures.climb_all == 0.75
@@ -590,6 +594,9 @@ def test_worlds_stand_side_by_side_in_the_tables(own, tmp_path, by_hand):
     assert climb_table(treads)["reference"].tolist() == ["1.00 of 1", *["- of 0"] * 4, "0.50 of 2"]
     assert len(climb_table(treads)) == len(GAP_BINS) - 1
     assert climb_table(treads, "yaw").index.name == "yaw"
+    table = outcome_table(treads)["reference"]
+    assert table["moderate"] == "0.67, 0.00, 0.33 of 3"
+    assert table["strong and steep"] == "-, -, - of 0"
     with pytest.raises(ValueError, match="by must be one of 'gap', 'yaw'"):
         climb_table(treads, "height")
     with pytest.raises(ValueError, match="fidelities must hold one world at least"):
@@ -626,6 +633,26 @@ def test_the_tumbling_world_is_as_faithful_on_treads_as_promised(against_rollout
     assert against_rollouts.own.climb == pytest.approx(0.345, abs=0.04)
     quartiles = (against_rollouts.own.top_quartiles, against_rollouts.reference.top_quartiles)
     np.testing.assert_allclose(*quartiles, atol=1)
+
+
+@pytest.mark.slow
+def test_motions_that_a_grid_of_motions_lives_by_end_as_in_the_engine(against_rollouts):
+    again, reference = (one.outcomes_by_motion() for one in (against_rollouts.again, against_rollouts.reference))
+    assert (again["n"] == reference["n"]).all()
+    for share in ("climb", "fall", "left"):
+        error = np.sqrt(2 * reference[share] * (1 - reference[share]) / reference["n"])
+        assert (abs(again[share] - reference[share]) < 2 * error + 0.01).all()
+
+
+def test_recorded_jumps_are_made_again_from_their_poses_and_in_the_plane_from_their_gaps(by_hand):
+    for world in (TumblingWorld(FIFTEEN), StairWorld(FIFTEEN)):
+        again = jump_again(by_hand, world, progress=False)
+        assert again.motions.tolist() == by_hand.motions[[1, 2, 4, 5]].tolist()
+        np.testing.assert_array_equal(again.starts, by_hand.starts[[1, 2, 4, 5]])
+        np.testing.assert_array_equal(world.state, world.start)
+    y = 1.0 - corner_gaps(by_hand.starts[2:3], FIFTEEN)[0] - 0.05
+    world.reset(world.state_at(y, 0.35))
+    np.testing.assert_array_equal(again.ends[1], world.jump(650, 75).end[:7])
 
 
 @pytest.mark.slow

@@ -34,7 +34,10 @@ def on_treads() -> dict[str, TreadFidelity]:
         TreadMeasures.of(roll_out(world, 20, seed, progress=False))
         for world, seed in ((tumbling, 1), (tumbling, 0), (plane, 0))
     )
-    return {name: TreadFidelity(other, measures) for name, measures in zip(("tumbling", "plane"), own, strict=True)}
+    return {
+        name: TreadFidelity(other, measures, measures)
+        for name, measures in zip(("tumbling", "plane"), own, strict=True)
+    }
 
 
 SETS = ("effect", "fixed", "random", "uniform")
