@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
+from stairlab.fidelity import CLOSE
 from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.planning import jumps_to_climb, trap_width
 from stairlab.world import MAP_HALF_WIDTH, CubeWorld, StairWorld
@@ -23,8 +24,6 @@ STUCK_SHIFT = 0.001
 """ So many last jumps that all move the cube by less than this are called stuck, in the plane [m] """
 STUCK_STEPS = 10
 """ A cube that has stayed on its step for so many last jumps is called stuck where it tumbles """
-TRAP = 0.03
-""" From within this gap before a riser no ordinary push climbs, in either world [m] """
 RUN = ["method", "seed"]
 STEEP = 85.0
 """ A motion above this angle climbs from where others are trapped; the grid has it in its corners [deg] """
@@ -32,13 +31,15 @@ EPISODE = [*RUN, "episode"]
 MOTION = ["magnitude", "angle"]
 
 
-def ends(episodes: pd.DataFrame) -> pd.DataFrame:
+def ends(episodes: pd.DataFrame, tumbles: bool) -> pd.DataFrame:
     """Say how the greedy episode of each trained agent ends.
 
     Parameters
     ----------
     episodes : pandas.DataFrame
         A row for each jump.
+    tumbles : bool
+        Whether the cube tumbles, or moves in the plane: "stuck" differs (see ``STUCK_JUMPS``, ``STUCK_STEPS``).
 
     Returns
     -------
@@ -46,7 +47,6 @@ def ends(episodes: pd.DataFrame) -> pd.DataFrame:
         A row for each episode: "method", "seed", "episode", "step" of the stairs on which it ends, the distance "to riser" ahead of
         the cube's foremost corner [m], and "end", one of ``ENDS``.
     """
-    tumbles = "x" in episodes
     found = [
         {**dict(zip(EPISODE, key, strict=True)), **_end(rows, tumbles)}
         for key, rows in _complete(episodes).groupby(EPISODE, sort=False)
@@ -55,8 +55,9 @@ def ends(episodes: pd.DataFrame) -> pd.DataFrame:
 
 
 def _complete(episodes: pd.DataFrame) -> pd.DataFrame:
-    """Add the columns that episodes of the plane lack."""
-    return episodes.assign(**{name: 0 for name in ("episode", "x", "yaw") if name not in episodes})
+    """Put 0 where episodes of the plane lack an "episode", "x" or "yaw"."""
+    lacking = {name: episodes[name].fillna(0) if name in episodes else 0 for name in ("episode", "x", "yaw")}
+    return episodes.assign(**lacking)
 
 
 def _end(episode: pd.DataFrame, tumbles: bool) -> dict[str, Any]:
@@ -106,15 +107,15 @@ def trapped(episodes: pd.DataFrame) -> pd.DataFrame:
     -------
     pandas.DataFrame
         A row for each method: the number of "jumps" that start from where another one ended; the share of them that start "in the
-        trap", within 3 cm of the riser; of these, the share after which the cube is "free" (farther away, or higher), and the share
-        that "climbs"; the share that starts "turned" by more than 5 degrees; and the share of all that "climbs anywhere".
+        trap", within 3 cm of the riser; of these, the share after which the cube is "free", on the map and 3 cm or more off a riser,
+        and that "climbs"; the share that starts "turned" by more than 5 degrees; and the share of all that "climbs anywhere".
     """
     table = _complete(episodes).assign(gap=gaps(episodes))
     before = table.groupby(EPISODE, sort=False)[["gap", "steps", "yaw"]].shift()
     follows = before["gap"].notna()
     table, before = table[follows], before[follows]
-    caught, climbs = before["gap"] < TRAP, table["steps"] > before["steps"]
-    free = climbs | (table["gap"] >= TRAP)
+    caught, climbs = before["gap"] < CLOSE, table["steps"] > before["steps"]
+    free = (table["gap"] >= CLOSE) & (table["y"] > 0) & (table["x"].abs() < MAP_HALF_WIDTH)
     shares = pd.DataFrame(
         {
             "method": table["method"],
@@ -156,13 +157,15 @@ def accounts(episodes: pd.DataFrame) -> pd.DataFrame:
     ].reset_index()
 
 
-def thrown_off(episodes: pd.DataFrame) -> pd.DataFrame:
+def thrown_off(episodes: pd.DataFrame, tumbles: bool) -> pd.DataFrame:
     """Say how greedy agents leave the map.
 
     Parameters
     ----------
     episodes : pandas.DataFrame
         A row for each jump.
+    tumbles : bool
+        Whether the cube tumbles, or moves in the plane.
 
     Returns
     -------
@@ -171,7 +174,7 @@ def thrown_off(episodes: pd.DataFrame) -> pd.DataFrame:
         ends "off" the map, and of these the shares whose last motion is steep ("steep last"), and that end "behind" the start or
         "aside" of the stairs (else: beyond). Shares of motions are NaN where these are not known.
     """
-    table = _complete(episodes).merge(ends(episodes)[[*EPISODE, "end"]], on=EPISODE)
+    table = _complete(episodes).merge(ends(episodes, tumbles)[[*EPISODE, "end"]], on=EPISODE)
     table["steep"] = (table["angle"] > STEEP).where(table["angle"].notna()).astype(float)
     last = table.groupby(EPISODE, sort=False).tail(1)
     off = last["end"] == "off"
@@ -220,7 +223,9 @@ def ways_out(
     world = world or StairWorld(Staircase.fifteen())
     first = _complete(episodes).query("episode == 0")
     jumps, sets = dict(iter(first.groupby(RUN))), dict(iter(motions.groupby(RUN)))
-    stuck = ends(episodes).query("episode == 0 and end == 'stuck'").set_index(RUN).index
+    stuck = (
+        ends(episodes, not isinstance(world, StairWorld)).query("episode == 0 and end == 'stuck'").set_index(RUN).index
+    )
     rows = []
     for run in tqdm([run for run in stuck if run in sets], desc="ways out", disable=not progress, leave=False):
         _put_where_it_ended(world, jumps[run])

@@ -335,9 +335,13 @@ class StudyResults:
             "quick": self.quick,
         }
 
+    @property
+    def _tumbles(self) -> bool:
+        return self.description["settings"]["world"] == "tumbling"
+
     def ends(self) -> pd.DataFrame:
         """Say how the greedy episodes of each trained agent end, see ``stairlab.endings.ends``."""
-        return endings.ends(self.episodes)
+        return endings.ends(self.episodes, self._tumbles)
 
     def ways_out(self, max_simulated: int = 700, progress: bool = False) -> pd.DataFrame:
         """Ask whether a set has a way up from where its trained agent got stuck, see ``stairlab.endings.ways_out``."""
@@ -353,7 +357,7 @@ class StudyResults:
 
     def thrown_off(self) -> pd.DataFrame:
         """Say how greedy agents leave the map, see ``stairlab.endings.thrown_off``."""
-        return endings.thrown_off(self.episodes)
+        return endings.thrown_off(self.episodes, self._tumbles)
 
     def traps(self) -> pd.DataFrame:
         """Measure the trap that a riser is for each set, see ``stairlab.endings.traps``; "score" is that of its run."""

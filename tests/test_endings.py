@@ -27,9 +27,17 @@ def test_a_cube_that_leaves_the_map_is_off_and_one_that_tumbles_on_its_step_for_
     )
     table.loc[(table["seed"] == 0) & (table["jump"] == 14), "x"] = 2.5
     table.loc[(table["seed"] == 2) & (table["jump"] == 6), "steps"] = 1
-    assert ends(table)["end"].tolist() == ["off", "stuck", "other"]
+    assert ends(table, tumbles=True)["end"].tolist() == ["off", "stuck", "other"]
     reach = 0.05 * (np.cos(np.radians(20)) + np.sin(np.radians(20)))
-    assert ends(table)["to riser"][1] == pytest.approx(1.4 - 1.3 - reach)
+    assert ends(table, tumbles=True)["to riser"][1] == pytest.approx(1.4 - 1.3 - reach)
+
+
+def test_tables_of_the_plane_from_before_and_after_it_had_an_x_are_read_alike():
+    before = made_up({"effect": [15.0, 3.0]})
+    after = replace(before, episodes=before.episodes.assign(method="later", x=0.0, yaw=0.0))
+    both = before.joined(replace(after, runs=before.runs.assign(method="later")))
+    assert both.ends()["end"].tolist() == ["top", "stuck"] * 2
+    assert both.trapped()["method"].tolist() == ["effect", "later"]
 
 
 def test_trapped_counts_jumps_from_near_a_riser_and_what_becomes_of_them():
@@ -66,11 +74,11 @@ def test_who_leaves_the_map_is_counted_by_the_last_motion_and_the_side():
     table = pd.concat(
         [episode(0, 89, 0, -0.5), episode(1, 60, 2.5, 1.0), episode(2, 89, 0, 1.0), episode(3, 89, 0, -0.1)]
     )
-    (row,) = thrown_off(table).to_dict("records")
+    (row,) = thrown_off(table, tumbles=True).to_dict("records")
     assert (row["episodes"], row["off"], row["steep"]) == (4, 0.75, 3 / 8)
     assert row["steep last"] == pytest.approx(2 / 3)
     assert (row["behind"], row["aside"]) == (pytest.approx(2 / 3), pytest.approx(1 / 3))
-    (row,) = thrown_off(table.assign(angle=np.nan)).to_dict("records")
+    (row,) = thrown_off(table.assign(angle=np.nan), tumbles=True).to_dict("records")
     assert np.isnan(row["steep"])
 
 
