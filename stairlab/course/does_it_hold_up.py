@@ -31,7 +31,7 @@ from stairlab.estimates import Estimate, estimate
 from stairlab.fidelity import CLOSE, MODERATE_MOTIONS, TreadMeasures
 from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.plots import draw_cube, draw_cube_from_above, draw_stairs, pose
-from stairlab.results import TOP_STEP, StudyResults, load_published_study, published_studies
+from stairlab.results import TOP_STEP, StudyResults, load_published_study
 from stairlab.study_plots import method_style, plot_learning_curves
 from stairlab.world import CubeWorld, StairWorld
 
@@ -43,8 +43,6 @@ SETS = ("effect", "uniform", "random")
 SCORE = "score: mean greedy return of the last five evaluations [reward]"
 TRUE_THERE, BEYOND, MARK = COLORS[2], COLORS[4], COLORS[1]
 VERDICT_COLORS = {SUPPORTED: TRUE_THERE, CONTRADICTED: BEYOND, UNDECIDED: FAINT}
-MAIN_PARTS = ("paper", "tumbling")
-""" The main study of each world, among those that come with the package """
 EQUAL = 1e-3
 """ Means that differ by less are equal: a resting cube can lean a little [reward] """
 RISER = 3
@@ -240,7 +238,7 @@ def draw_drawn_curves(study: StudyResults, turn: int = 0, n: int = 4) -> Figure:
 
 @cache
 def _published() -> StudyResults:
-    return load_published_study()
+    return load_published_study("plane")
 
 
 @cache
@@ -939,87 +937,84 @@ def easier(first: np.ndarray, second: np.ndarray, alike: float = 0.1) -> str:
 # The study in three dimensions
 
 
-def controls(*studies: StudyResults) -> pd.DataFrame:
-    """Say what a study must show before its verdicts count, and what it shows: SAC, the authors' own set, and the search.
+def controls(tumbling: StudyResults, published: StudyResults) -> pd.DataFrame:
+    """Say what a study must show before its verdicts count, and what it shows.
 
     Parameters
     ----------
-    *studies : StudyResults
-        Studies of one world; the first one is that whose verdicts are asked for.
+    tumbling, published : StudyResults
+        The study whose verdicts are asked for, and one with the authors' readings of the environment.
 
     Returns
     -------
     pandas.DataFrame
         "control", what it "should be", and what it "is".
     """
-    main, rows = studies[0], []
-    if "sac" in main.methods:
-        highest = main.curves("sac").to_numpy().max()
+    rows = [
+        ("SAC, which may use any motion", "near 15, as in the paper", _score_words(tumbling, "sac")),
+        ("SAC, their readings", "14 to 15, as in their engine", _score_words(published, "sac")),
+        (
+            "the authors' own 17 motions, their readings",
+            "about 5.5, as in their engine",
+            _score_words(published, "authors"),
+        ),
+        ("the grid, their readings", "about 0.1, as in their engine", _score_words(published, "uniform")),
+    ]
+    for method in SETS:
+        runs = tumbling.runs[tumbling.runs["method"] == method].drop_duplicates(
+            "best_return" if method == "uniform" else "seed"
+        )
         rows.append(
             (
-                "SAC, which may use every motion",
-                "near 15, as in the paper",
-                f"middle half {main.iqm_score('sac')}, mean {main.scores('sac').mean():.1f}, highest evaluation {highest:.1f} "
-                f"({_seeds(len(main.scores('sac')))})",
+                f"best return that a search finds for {method}",
+                "15 or near",
+                f"{runs['best_return'].mean():.1f} on average",
             )
         )
-    for study in studies:
-        if "authors" in study.methods:
-            theirs = study.description["settings"]["as_published"]
-            how = "with their settings" if theirs else "with our settings"
-            due = (
-                "about 5.5, as in their engine" if theirs else "no lower than in their engine with their settings, 5.5"
-            )
-            found = estimate(np.mean, study.scores("authors"))
-            words = f"mean {found} ({_seeds(len(study.scores('authors')))})"
-            rows.append((f"the authors' own 17 motions, {how}", due, words))
-    for method in SETS:
-        runs = main.runs[main.runs["method"] == method] if method in main.methods else main.runs.iloc[:0]
-        best = runs["best_return"].dropna()
-        if len(best):
-            words = f"{best.mean():.1f} on average, where DQN scores {runs['score'].mean():.1f} ({_seeds(len(best))})"
-            rows.append((f"what a search finds that {method} sets allow", "well above what DQN gets from them", words))
     return pd.DataFrame(rows, columns=["control", "should be", "is"])
 
 
-def studies_of(world: str) -> list[StudyResults]:
-    """Return the studies that come with the package and were made in a world, the main one first."""
-    parts = sorted(published_studies(), key=lambda part: (part not in MAIN_PARTS, part))
-    found = [load_published_study(part) for part in parts]
-    return [study for study in found if study.description["settings"]["world"] == world]
+def _score_words(study: StudyResults, method: str) -> str:
+    scores = study.scores(method)
+    return f"mean {estimate(np.mean, scores)}, {scores.min():.1f} to {scores.max():.1f} ({_seeds(len(scores))})"
 
 
-def how_the_order_turns(
-    plane: StudyResults, tumbling: StudyResults, first: str = "effect", second: str = "uniform"
-) -> str:
-    """Say in words whether the order of two methods turns between two worlds.
+def draw_accounts(studies: Mapping[str, StudyResults], methods: Sequence[str] = SETS) -> Figure:
+    """Draw what greedy episodes earn by climbing and lose by falling, and how many steps a climb gains, in each world.
 
     Parameters
     ----------
-    plane, tumbling : StudyResults
-        The two studies.
-    first, second : str
-        The methods.
+    studies : mapping of str to StudyResults
+        By the name of the world.
+    methods : sequence of str
+        Which to show.
 
     Returns
     -------
-    str
+    matplotlib Figure
     """
-    now = tumbling.difference(first, second)
-    if not {first, second} <= set(plane.methods):
-        return f"{first} − {second}: not made in the plane, {now} in three dimensions."
-    before, above = plane.difference(first, second), (0.0, math.inf)
-    found = f"{first} − {second}: {before} in the plane, {now} in three dimensions"
-    here, there = verdict(now, above), verdict(before, above)
-    if here == UNDECIDED:
-        said = (
-            "five seeds or fewer have no interval: undecided" if np.isnan(now.low) else "undecided in three dimensions"
-        )
-    elif there == UNDECIDED:
-        said = f"undecided in the plane, {first if here == SUPPORTED else second} is ahead in three dimensions"
-    else:
-        said = "the order stays" if here == there else "the order turns"
-    return f"{found}; {said}."
+    figure, panels = new_figure(
+        "What greedy episodes earn and lose.", panels=2, size=(9.5, 0.8 + 0.42 * len(methods) * len(studies))
+    )
+    rows = [(world, method) for world in studies for method in methods if method in studies[world].methods]
+    tables = {world: study.accounts().set_index("method") for world, study in studies.items()}
+    earned, height = panels
+    for place, (world, method) in enumerate(rows):
+        row, color = tables[world].loc[method], method_style(method).color
+        earned.barh(place, row["climb"], color=color)
+        earned.barh(place, row["lost"], color=color, hatch="///", edgecolor="white")
+        height.barh(place, row["steps a climb"], color=color)
+    names = [f"{method_style(method).label}, {world}" for world, method in rows]
+    _rows(earned, names, "earned by climbing, lost by falling (hatched) [reward]")
+    _rows(height, [""] * len(rows), "steps that a climb gains")
+    earned.axvline(0, color=INK, linewidth=0.8)
+    words = [
+        f"{name}: earns {tables[world].loc[method, 'climb']:.1f}, loses {-tables[world].loc[method, 'lost']:.1f}, "
+        f"{tables[world].loc[method, 'steps a climb']:.1f} steps a climb"
+        for name, (world, method) in zip(names, rows, strict=True)
+    ]
+    _say(figure, f"{'; '.join(words)}.")
+    return figure
 
 
 # What all of them use

@@ -24,7 +24,7 @@ PROJECT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def study():
-    return load_published_study()
+    return load_published_study("plane")
 
 
 def texts(figure):
@@ -283,9 +283,8 @@ def measures(gaps, yaws=0.0, asides=0.0):
     """Return what was measured on rollouts in which cubes rest at these gaps."""
     gaps = np.asarray(gaps)
     flags, yaws, asides = np.zeros(len(gaps), bool), *np.broadcast_arrays(yaws, asides, gaps)[:2]
-    return TreadMeasures(
-        len(gaps), 1, gaps, yaws, asides, moderate=flags, climbed=flags, freed=flags, tops=np.zeros(1, int)
-    )
+    happened = dict.fromkeys(("climbed", "fell", "left", "freed"), flags)
+    return TreadMeasures(len(gaps), 1, gaps, yaws, asides, np.zeros((len(gaps), 2)), tops=np.zeros(1, int), **happened)
 
 
 def test_the_rollout_of_the_lesson_is_that_of_the_library():
@@ -346,65 +345,22 @@ def in_three_dimensions(study, shift=0.0, **settings):
     return dataclasses.replace(study, runs=runs, description=description)
 
 
-@pytest.mark.parametrize(
-    ("shift", "words"),
-    [
-        (12, "the order turns"),
-        (0, "the order stays"),
-        (6.5, "undecided in three dimensions"),
-    ],
-)
-def test_whether_the_order_turns_is_read_off_the_interval(study, shift, words):
-    assert lesson.how_the_order_turns(study, in_three_dimensions(study, shift)).endswith(f"{words}.")
+def test_controls_set_what_should_be_beside_what_is(study):
+    tumbling, published = load_published_study("tumbling"), load_published_study("tumbling-as-published")
+    table = lesson.controls(tumbling, published).set_index("control")["is"]
+    assert f"mean {tumbling.scores('sac').mean():.1f} [" in table["SAC, which may use any motion"]
+    assert f"mean {published.scores('authors').mean():.1f} [" in table["the authors' own 17 motions, their readings"]
+    assert f"mean {published.scores('uniform').mean():.1f} [" in table["the grid, their readings"]
+    assert table["best return that a search finds for uniform"] == "15.0 on average"
 
 
-def test_few_seeds_turn_no_order(study):
-    few = in_three_dimensions(study, 12).selected(["effect", "uniform"], range(5))
-    assert "five seeds or fewer have no interval" in lesson.how_the_order_turns(study, few)
-
-
-def test_what_the_plane_left_open_does_not_turn(study):
-    assert "undecided in the plane, effect is ahead" in lesson.how_the_order_turns(
-        study, in_three_dimensions(study, 5), "effect", "random"
-    )
-    assert "undecided in the plane, random is ahead" in lesson.how_the_order_turns(
-        study, in_three_dimensions(study, -5), "effect", "random"
-    )
-
-
-def test_a_set_that_the_plane_lacks_is_said_to_be_lacking(study):
-    without = study.selected(["uniform"], range(20))
-    assert "not made in the plane" in lesson.how_the_order_turns(without, in_three_dimensions(study))
-
-
-def test_controls_name_sac_the_authors_set_and_the_search(study):
-    renamed = {
-        name: table.assign(method=table["method"].replace({"fixed": "authors"}))
-        for name in ("runs", "evaluations", "motions", "episodes")
-        for table in [getattr(study, name)]
-    }
-    own = in_three_dimensions(dataclasses.replace(study, **renamed))
-    table = lesson.controls(own, in_three_dimensions(own, as_published=True)).set_index("control")["is"]
-    assert "mean 7.2, highest evaluation 14.0 (5 seeds)" in table["SAC, which may use every motion"]
-    assert table["the authors' own 17 motions, with our settings"].startswith(
-        f"mean {own.scores('authors').mean():.1f} ["
-    )
-    assert "the authors' own 17 motions, with their settings" in table
-    assert f"DQN scores {own.scores('effect').mean():.1f}" in table["what a search finds that effect sets allow"]
-
-
-def test_what_was_not_searched_and_not_made_is_no_control(study):
-    part = study.selected(["effect", "uniform"], range(20))
-    runs = part.runs.assign(best_return=np.nan)
-    assert lesson.controls(in_three_dimensions(dataclasses.replace(part, runs=runs))).empty
-
-
-def test_studies_are_found_by_their_world():
-    plane = lesson.studies_of("plane")
-    assert len(plane) >= 4
-    assert plane[0].runs.equals(load_published_study("paper").runs)
-    assert {found.description["settings"]["world"] for found in plane} == {"plane"}
-    assert lesson.studies_of("tumbling")[0].methods[0] == "effect"
+def test_accounts_show_what_is_earned_and_lost_in_each_world(study):
+    tumbling = load_published_study("tumbling")
+    figure = lesson.draw_accounts({"plane": study, "3-D": tumbling})
+    assert len(figure.axes[0].patches) == 12
+    row = tumbling.accounts().set_index("method").loc["uniform"]
+    words = f"earns {row['climb']:.1f}, loses {-row['lost']:.1f}, {row['steps a climb']:.1f} steps a climb"
+    assert f"uniform, 3-D: {words}" in alt_text(figure)
 
 
 # What the lesson states of the plane

@@ -15,7 +15,7 @@ QUICK = {"learning_starts": 20, "eval_every": 40}
 
 @pytest.fixture(scope="module")
 def study():
-    return load_published_study()
+    return load_published_study("plane")
 
 
 @pytest.fixture(scope="module")
