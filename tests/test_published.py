@@ -13,7 +13,7 @@ from stairlab.study import METHODS, Settings, motion_set
 
 PROJECT = Path(__file__).parents[1]
 PLANE = ("beyond", "plane", "restitution-0", "restitution-0.1")
-TUMBLING = ("tumbling", "tumbling-as-published")
+TUMBLING = ("tumbling", "tumbling-as-published", "tumbling-beyond")
 PARTS = (*PLANE, *TUMBLING)
 
 
@@ -86,8 +86,8 @@ def test_the_parts_are_known_by_name():
 
 def test_the_paper_is_repeated_at_its_scale_with_enough_seeds(paper):
     seeds = paper.runs.groupby("method")["seed"].nunique()
-    assert set(seeds.index) == set(METHODS)
-    assert (seeds.drop("sac") >= 20).all()
+    assert set(METHODS) <= set(seeds.index)
+    assert (seeds[list(METHODS)].drop("sac") >= 20).all()
     assert seeds["sac"] >= 5
     assert paper.description["settings"] | {"restitution": None, "dqn": {}, "sac": {}} == paper.description["settings"]
     assert paper.description["settings"]["total_timesteps"] == 30_000
@@ -98,6 +98,7 @@ def test_each_part_differs_from_the_paper_in_what_its_name_says():
     common = settings["plane"]
     assert [settings[part]["world"] for part in PARTS] == ["plane"] * len(PLANE) + ["tumbling"] * len(TUMBLING)
     assert settings["tumbling-as-published"] == settings["tumbling"] | {"as_published": True}
+    assert settings["tumbling-beyond"] == settings["tumbling"] | {"dqn": TUNED_DQN}
     assert settings["beyond"] == common | {"dqn": TUNED_DQN}
     assert settings["restitution-0"] == common | {"restitution": 0.0}
     assert settings["restitution-0.1"] == common | {"restitution": 0.1}
@@ -158,9 +159,9 @@ def test_the_last_episodes_can_be_jumped_again(in_the_plane):
             assert (jump.end[1], jump.end[2]) == pytest.approx((row.y, row.z), abs=1e-6)
 
 
-def test_all_of_it_is_less_than_four_megabytes():
+def test_all_of_it_is_less_than_six_megabytes():
     files = (PROJECT / "stairlab/data").rglob("*.*")
-    assert sum(file.stat().st_size for file in files) < 4e6
+    assert sum(file.stat().st_size for file in files) < 6e6
 
 
 def test_the_tables_in_the_readme_are_those_of_the_shipped_studies(tumbling, paper):
