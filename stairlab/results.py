@@ -274,8 +274,11 @@ class StudyResults:
         return of_curves[of], [curve.to_numpy() for curve in curves]
 
     def probability_of_improvement(self, method: str, other: str) -> Estimate:
-        """Estimate the probability that a run of a method scores higher than one of another, ties counted half."""
-        return estimate(improvement, self.scores(method), self.scores(other))
+        """Estimate the probability that a run of a method scores higher than one of another, ties counted half.
+
+        Scores that agree to a thousandth are ties: how a cube leans moves them by less.
+        """
+        return estimate(improvement, *(self.scores(name).round(3) for name in (method, other)))
 
     def steps_to_half(self, method: str) -> Estimate:
         """Estimate when a method has risen half way: after how many training steps its mean curve is half way up.

@@ -28,7 +28,10 @@ SAMPLED = ("effect", "effect-reliable", "fixed")
 def study(seeds: Mapping[str, int] = SEEDS, quick: bool = False, **dqn: int) -> StudyResults:
     """Return made-up results with the given numbers of seeds."""
     tables = _tables(tuple(seeds.items()))
-    return StudyResults(*tables, description={"settings": {"quick": quick, "dqn": dqn, "restitution": None}, "own": {}})
+    return StudyResults(
+        *tables,
+        description={"settings": {"quick": quick, "dqn": dqn, "restitution": None, "world": "plane"}, "own": {}},
+    )
 
 
 @lru_cache
