@@ -164,8 +164,9 @@ def build_parser() -> argparse.ArgumentParser:
         "part",
         nargs="?",
         default="tumbling",
-        help="tumbling (three dimensions, the default), tumbling-as-published, plane, restitution-0, restitution-0.1 (the plane with "
-        "other risers), or beyond (the plane, better sets and DQN settings)",
+        help="tumbling (three dimensions, the default), tumbling-as-published, tumbling-rocking-0.5, tumbling-rocking-2, "
+        "tumbling-friction-0.8, tumbling-friction-1.2, plane, restitution-0, restitution-0.1 (the plane with other risers); beyond, "
+        "tumbling-beyond (better sets and DQN settings)",
     )
     published.add_argument("--out", type=Path, metavar="FOLDER", help="where to write (default: published-PART)")
 

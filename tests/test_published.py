@@ -13,7 +13,13 @@ from stairlab.study import METHODS, Settings, motion_set
 
 PROJECT = Path(__file__).parents[1]
 PLANE = ("beyond", "plane", "restitution-0", "restitution-0.1")
-TUMBLING = ("tumbling", "tumbling-as-published", "tumbling-beyond")
+OPTIONS = {
+    "tumbling-friction-0.8": {"friction": 0.8},
+    "tumbling-friction-1.2": {"friction": 1.2},
+    "tumbling-rocking-0.5": {"rocking": 0.5},
+    "tumbling-rocking-2": {"rocking": 2.0},
+}
+TUMBLING = ("tumbling", "tumbling-as-published", "tumbling-beyond", *OPTIONS)
 PARTS = (*PLANE, *TUMBLING)
 
 
@@ -98,6 +104,8 @@ def test_each_part_differs_from_the_paper_in_what_its_name_says():
     common = settings["plane"]
     assert [settings[part]["world"] for part in PARTS] == ["plane"] * len(PLANE) + ["tumbling"] * len(TUMBLING)
     assert settings["tumbling-as-published"] == settings["tumbling"] | {"as_published": True}
+    for part, changed in OPTIONS.items():
+        assert settings[part] == settings["tumbling"] | changed
     assert settings["tumbling-beyond"] == settings["tumbling"] | {"dqn": TUNED_DQN}
     assert settings["beyond"] == common | {"dqn": TUNED_DQN}
     assert settings["restitution-0"] == common | {"restitution": 0.0}
