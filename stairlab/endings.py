@@ -15,7 +15,7 @@ from tqdm import tqdm
 from stairlab.fidelity import CLOSE
 from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.planning import jumps_to_climb, trap_width
-from stairlab.world import MAP_HALF_WIDTH, CubeWorld, StairWorld
+from stairlab.world import MAP_HALF_WIDTH, CubeWorld, StairWorld, reach_of
 
 ENDS = ("top", "off", "stuck", "other")
 """ How a greedy episode ends: on the top; off the map; stuck where its last jumps change nothing; or else (time's up) """
@@ -85,14 +85,12 @@ def _is_stuck(episode: pd.DataFrame, tumbles: bool) -> bool:
 def gaps(episodes: pd.DataFrame) -> np.ndarray:
     """Return the gap between the foremost corner and the riser ahead after each jump, shape (n_jumps,); infinite on the top [m].
 
-    The cube is taken to rest on a face: its foremost corner is half an edge times (cos yaw + sin yaw) before its centre.
+    The cube is taken to rest on a face, see ``reach_of``.
     """
     episodes, staircase = _complete(episodes), Staircase.fifteen()
-    yaw = np.radians(np.abs(episodes["yaw"].to_numpy(dtype=float)))
-    reach = CUBE_EDGE / 2 * (np.cos(yaw) + np.sin(yaw))
     steps = episodes["steps"].to_numpy(dtype=int)
     ahead = np.where(steps < staircase.n_steps, staircase.first_riser + staircase.run * steps, np.inf)
-    return ahead - episodes["y"].to_numpy(dtype=float) - reach
+    return ahead - episodes["y"].to_numpy(dtype=float) - reach_of(episodes["yaw"].to_numpy(dtype=float))
 
 
 def trapped(episodes: pd.DataFrame) -> pd.DataFrame:

@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stairlab._validation import finite_array, finite_number, read_only
 from stairlab.physics import CUBE_EDGE, TIME_LIMIT, Flight, Staircase, Trajectory, interrupts_wait, overlap
@@ -74,6 +75,20 @@ def yaw_of(qx: float, qy: float, qz: float, qw: float) -> float:
         (1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz)),  # of body axis x
     )[vertical]
     return (math.degrees(math.atan2(along_y, along_x)) + 45) % 90 - 45
+
+
+def reach_of(yaw: ArrayLike) -> np.ndarray:
+    r"""Return how far the foremost corner of a cube that rests on a face is before its centre [m].
+
+    .. math:: \tfrac{l}{2} (\cos \psi + \sin |\psi|)
+
+    Parameters
+    ----------
+    yaw : array-like
+        By how much its faces are turned about the vertical, -45 to 45 [deg].
+    """
+    turn = np.radians(np.abs(yaw))
+    return CUBE_EDGE / 2 * (np.cos(turn) + np.sin(turn))
 
 
 class Outcome(Protocol):

@@ -33,7 +33,7 @@ from stairlab.physics import CUBE_EDGE, Staircase
 from stairlab.plots import draw_cube, draw_cube_from_above, draw_stairs, pose
 from stairlab.results import TOP_STEP, StudyResults, load_published_study
 from stairlab.study_plots import method_style, plot_learning_curves
-from stairlab.world import CubeWorld, StairWorld
+from stairlab.world import CubeWorld, StairWorld, reach_of
 
 if TYPE_CHECKING:
     import ipywidgets
@@ -822,7 +822,7 @@ def draw_resting(measured: Mapping[str, TreadMeasures], shown: int = 60) -> Figu
     for ax, (name, one) in zip(np.ravel(axes), measured.items(), strict=True):
         for gap, yaw, aside in list(zip(one.gaps, one.yaws, one.asides, strict=True))[:shown]:
             half = math.radians(yaw) / 2
-            y, turned = -gap - _reach(yaw), np.array([0, 0, math.sin(half), math.cos(half)])
+            y, turned = -gap - reach_of(yaw), np.array([0, 0, math.sin(half), math.cos(half)])
             draw_cube_from_above(ax, aside, y, turned, alpha=0.35, linewidth=0.8)
         ax.axvline(0, color=INK, linewidth=4)
         ax.set(xlim=(-0.42, 0.02), ylim=(-0.1, 0.7), aspect="equal", xlabel="y before the riser [m]", ylabel="|x| [m]")
@@ -833,12 +833,6 @@ def draw_resting(measured: Mapping[str, TreadMeasures], shown: int = 60) -> Figu
             f"{name}: in the median {1000 * gap:.0f} mm before it, turned by {yaw:.0f} degrees, {100 * aside:.0f} cm aside.",
         )
     return figure
-
-
-def _reach(yaw: float) -> float:
-    """Return how far the foremost corner of a cube that rests turned about the vertical [deg] is before its centre [m]."""
-    turn = math.radians(yaw)
-    return CUBE_EDGE / 2 * (math.cos(turn) + abs(math.sin(turn)))
 
 
 def draw_tread_gaps(measured: Mapping[str, TreadMeasures]) -> Figure:
@@ -890,7 +884,7 @@ def climb_chances(
     stairs, z = world.staircase, RISER * world.staircase.rise + CUBE_EDGE / 2
     shares = []
     for gap in gaps:
-        start = world.state_at(stairs.risers[RISER] - gap - _reach(yaw), z, yaw=math.radians(yaw))
+        start = world.state_at(stairs.risers[RISER] - gap - reach_of(yaw), z, yaw=math.radians(yaw))
         rng, climbed = np.random.default_rng(seed), 0
         for _ in range(jumps):
             world.reset(start)

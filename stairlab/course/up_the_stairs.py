@@ -49,7 +49,7 @@ from stairlab.planning import DEAD_BAND, Plan
 from stairlab.plots import draw_cube, draw_cube_from_above, draw_stairs, draw_stairs_from_above, pose
 from stairlab.prototypes import Prototypes
 from stairlab.tumbling import TumblingWorld, stair_world
-from stairlab.world import CubeWorld, Jump, StairWorld, yaw_of
+from stairlab.world import CubeWorld, Jump, StairWorld, reach_of, yaw_of
 
 if TYPE_CHECKING:
     import ipywidgets
@@ -358,9 +358,8 @@ def draw_bump(world: str = "plane", angle: int = 75, gap: int = 5, magnitude: in
 
 def _jump_before_riser(world: CubeWorld, gap: float, angle: float, magnitude: float, turned: float = 0.0) -> Jump:
     """Jump with the foremost corner ``gap`` [mm] before the first riser, turned about the vertical [deg]."""
-    yaw = math.radians(turned)
-    reach = CUBE_EDGE / 2 * (math.cos(yaw) + math.sin(yaw))
-    world.reset(world.state_at(world.staircase.first_riser - gap / 1000 - reach, CUBE_EDGE / 2, yaw=yaw))
+    y = world.staircase.first_riser - gap / 1000 - float(reach_of(turned))
+    world.reset(world.state_at(y, CUBE_EDGE / 2, yaw=math.radians(turned)))
     return world.jump(magnitude, angle, trajectory=True)
 
 
