@@ -276,14 +276,15 @@ def _seeds(results: StudyResults, methods: tuple[str, ...]) -> str:
 
 def _of_trapped(methods: tuple[str, ...], tumbling: StudyResults, plane: StudyResults) -> str:
     """Say how often the greedy agents jump from within the trap before a riser, and how often such a jump frees the cube."""
-    caught = [_in_both(tumbling, plane, StudyResults.trapped, "in the trap", method, _percent) for method in methods]
-    free = [_in_both(tumbling, plane, StudyResults.trapped, "free", method, _percent) for method in methods]
-    return f"Trained agents jump from within 3 cm of a riser in {'; '.join(caught)}. Such a jump frees the cube in {'; '.join(free)}."
+    tables = plane.trapped(), tumbling.trapped()
+    caught, free = (_in_both(tables, column, methods, _percent) for column in ("in the trap", "free"))
+    return f"Trained agents jump from within 3 cm of a riser in {caught}. Such a jump frees the cube in {free}."
 
 
 def _of_the_order(other: str, tumbling: StudyResults, plane: StudyResults) -> str:
-    lost = [_in_both(tumbling, plane, StudyResults.accounts, "lost", method, _one) for method in ("effect", other)]
-    return f"{_of_trapped(('effect', other), tumbling, plane)} Falls cost an episode {'; '.join(lost)} steps."
+    methods = ("effect", other)
+    lost = _in_both((plane.accounts(), tumbling.accounts()), "lost", methods, lambda lost: f"{-lost + 0:.1f}")
+    return f"{_of_trapped(methods, tumbling, plane)} Falls cost an episode {lost} steps."
 
 
 def _of_sac(tumbling: StudyResults, plane: StudyResults) -> str:
@@ -301,23 +302,14 @@ def _of_the_level(methods: tuple[str, ...], tumbling: StudyResults, plane: Study
 
 
 def _in_both(
-    tumbling: StudyResults,
-    plane: StudyResults,
-    table: Callable[[StudyResults], pd.DataFrame],
-    column: str,
-    method: str,
-    words: Callable[[float], str],
+    tables: tuple[pd.DataFrame, pd.DataFrame], column: str, methods: tuple[str, ...], words: Callable[[float], str]
 ) -> str:
-    flat, deep = (table(study).set_index("method").loc[method, column] for study in (plane, tumbling))
-    return f"{words(flat)} in the plane and {words(deep)} in 3-D ({method})"
+    flat, deep = (table.set_index("method")[column] for table in tables)
+    return "; ".join(f"{words(flat[name])} in the plane and {words(deep[name])} in 3-D ({name})" for name in methods)
 
 
 def _percent(share: float) -> str:
     return "none" if np.isnan(share) else f"{share:.0%}"
-
-
-def _one(value: float) -> str:
-    return f"{abs(value):.1f}"
 
 
 _CLAIMS = (

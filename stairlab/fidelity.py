@@ -943,14 +943,7 @@ def climb_table(fidelities: Mapping[str, TreadFidelity], by: str = "gap") -> pd.
     one_of("by", by, ("gap", "yaw"))
     measures = {"reference": next(iter(fidelities.values())).reference}
     measures |= {name: fidelity.own for name, fidelity in fidelities.items()}
-    tables = {name: m.climb_by_gap() if by == "gap" else m.climb_by_yaw() for name, m in measures.items()}
-    return pd.DataFrame(
-        {
-            name: [f"{_figure(climb, 2)} of {n}" for n, climb in zip(table["n"], table["climb"], strict=True)]
-            for name, table in tables.items()
-        },
-        tables["reference"].index,
-    )
+    return _shares_of({name: m.climb_by_gap() if by == "gap" else m.climb_by_yaw() for name, m in measures.items()})
 
 
 def outcome_table(fidelities: Mapping[str, TreadFidelity]) -> pd.DataFrame:
@@ -968,15 +961,16 @@ def outcome_table(fidelities: Mapping[str, TreadFidelity]) -> pd.DataFrame:
         map, and the number of jumps.
     """
     tables = {"reference": next(iter(fidelities.values())).reference.outcomes_by_motion()}
-    tables |= {name: fidelity.again.outcomes_by_motion() for name, fidelity in fidelities.items()}
+    return _shares_of(tables | {name: fidelity.again.outcomes_by_motion() for name, fidelity in fidelities.items()})
+
+
+def _shares_of(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Write tables with a number "n" and shares side by side: a column for each, with entries such as "0.61, 0.06, 0.11 of 98"."""
     words = {
-        name: [
-            f"{', '.join(_figure(row[share], 2) for share in ('climb', 'fall', 'left'))} of {row['n']:.0f}"
-            for _, row in table.iterrows()
-        ]
+        name: [f"{', '.join(_figure(share, 2) for share in shares)} of {n:.0f}" for n, *shares in table.to_numpy()]
         for name, table in tables.items()
     }
-    return pd.DataFrame(words, tables["reference"].index)
+    return pd.DataFrame(words, next(iter(tables.values())).index)
 
 
 Row = tuple[str, str, str]

@@ -88,8 +88,7 @@ class StudyResults:
     episodes : pandas.DataFrame
         A row for each jump of a trained agent's greedy episodes, five where the world is random and else one: "episode" (from 0),
         "jump" (from 1), "action" (number of the motion in its set, from 0; -1 for SAC), "magnitude" [N], "angle" [deg]; where it ends,
-        "x", "y", "z" [m], "yaw" [deg] and "steps"; and "reward". The shipped studies of the plane, which are older, have no columns
-        "episode", "action", "x" and "yaw".
+        "x", "y", "z" [m], "yaw" [deg] and "steps"; and "reward". Older studies of the plane have no "action", "x" and "yaw".
     description : dict
         The study's "settings", its own sets ("own"), and the packages' "versions".
     """
@@ -266,12 +265,12 @@ class StudyResults:
 
     def _measured(self, of: str, *methods: str) -> tuple[Statistic, list[np.ndarray]]:
         """Return a statistic, and of each method the sample that it is a statistic of."""
-        curves = [self.curves(method) for method in methods]
         of_scores: dict[str, Statistic] = {"score": np.mean, "spread": deviation}
-        of_curves: dict[str, Statistic] = {"half at": half_step(curves[0].index.to_numpy()), "peak": peak}
-        if one_of("of", of, (*of_scores, *of_curves)) in of_scores:
+        if one_of("of", of, (*of_scores, "half at", "peak")) in of_scores:
             return of_scores[of], [self.scores(method) for method in methods]
-        return of_curves[of], [curve.to_numpy() for curve in curves]
+        curves = [self.curves(method) for method in methods]
+        statistic = peak if of == "peak" else half_step(curves[0].index.to_numpy())
+        return statistic, [curve.to_numpy() for curve in curves]
 
     def probability_of_improvement(self, method: str, other: str) -> Estimate:
         """Estimate the probability that a run of a method scores higher than one of another, ties counted half.
