@@ -133,7 +133,8 @@ def test_fidelity_on_treads_measures_both_worlds(treads, capsys):
     said = json.loads(out)
     assert list(said) == ["reference", "tumbling", "plane"]
     distances = dict.fromkeys(["gap_ks", "yaw_ks", "x_ks"], 0)
-    assert said["plane"] == distances | said["reference"]
+    again = {"outcomes_again": said["reference"]["outcomes_by_motion"]}
+    assert said["plane"] == distances | said["reference"] | again
     assert said["tumbling"]["yaw_ks"] > 0.5
     assert len(said["reference"]["climb_by_gap"]) == 6
     assert [row["yaw"] for row in said["reference"]["climb_by_yaw"]][-1] == "20 to 45°"

@@ -94,8 +94,10 @@ def test_the_widget_of_a_lesson_follows_the_keyboard(lab, browser, screenshots, 
         outputs = shown.locator(".jp-OutputArea-output")
         outputs.locator("img").first.wait_for(timeout=60_000)
         before = outputs.locator("img").first.get_attribute("src")
-        control = outputs.locator(".noUi-handle, button, select, input[type=checkbox], input[type=radio]").first
-        control.focus()
+        sliders = outputs.locator(".noUi-handle")
+        others = outputs.locator("button, select, input[type=checkbox], input[type=radio]")
+        control = sliders if sliders.count() else others
+        control.first.focus()
         for key in ("ArrowRight", "Space", "ArrowDown"):
             page.keyboard.press(key)
             page.wait_for_timeout(1500)
