@@ -15,7 +15,7 @@ from stairlab.sampling import Samples, sample_motions
 from stairlab.world import StairWorld
 
 os.environ.setdefault("SCIPY_ARRAY_API", "1")  # else scikit-learn skips some of its checks of estimators
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs start with Ctrl-C ignored, and so would all they start
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell starts background jobs with Ctrl-C ignored
 PROJECT = Path(__file__).parents[1]
 
 
