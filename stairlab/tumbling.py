@@ -81,8 +81,9 @@ POLL_STEPS = 1000
 POLL_SHIFT = 1e-3
 """ By the published rule a jump is over when |dx| + |dy| + |dz| between two polls is below this [m] """
 CREEP_SHIFT = 0.01
-""" At the time limit a cube that still moves by less than this in a second counts as at rest [m]. A jump in some 500,000 ends on a
-tread with a tremor of four steps that moves the cube aside by 1.4 mm in a second, a little too much for the published rule """
+""" At the time limit a cube that moved by less than this in one of the last two seconds counts as at rest [m]. A jump in some 500,000
+ends on a tread with a tremor of four steps that moves the cube aside by 1.4 mm in a second, a little too much for the published rule.
+One in some ten million slides down a riser that it leans on, and begins to tip over in the last second """
 MAX_STEPS = round(TIME_LIMIT / TIME_STEP)
 
 SLOW_START = 1.5
@@ -625,7 +626,7 @@ def simulate(
     """
     contacts = empty_contacts()
     centre, quaternion, since = cube.centre.copy(), cube.quaternion.copy(), 0
-    polled = cube.centre.copy()
+    polled, shift_before = cube.centre.copy(), math.inf
     for now in range(1, MAX_STEPS + 1):
         pushing = now <= PUSH_STEPS
         step(cube, stairs, contacts, friction, force_y if pushing else 0.0, force_z if pushing else 0.0)
@@ -636,9 +637,9 @@ def simulate(
         resting = now - since >= REST_STEPS
         if resting or now % POLL_STEPS == 0:
             shift = np.sum(np.abs(cube.centre - polled))
-            if resting or shift < (POLL_SHIFT if now < MAX_STEPS else CREEP_SHIFT):
+            if resting or min(shift, shift_before) < (POLL_SHIFT if now < MAX_STEPS else CREEP_SHIFT):
                 return now, (now - 1) // POLL_STEPS + 1 + (resting and shift >= POLL_SHIFT)
-            polled[:] = cube.centre
+            polled[:], shift_before = cube.centre, shift
     return 0, 0
 
 

@@ -683,6 +683,25 @@ def test_odd_stairs_carry_the_cube_too(staircase):
             np.testing.assert_array_equal(world.reset(end), end)  # refused if it were inside the stairs
 
 
+LEANING = [-0.35591003232245483, 1.9712864680570135, 1.2499933187774739]
+LEANING += [-6.4669450943707654e-09, 2.78690765899015e-06, 0.00230407733489041, 0.9999973456064112]
+""" From this pose, 1,000 N at 89 degrees with a rocking of -0.0310 and -0.0633 rad/s end in a slide of 17 s down a riser """
+
+
+def test_a_cube_that_slides_down_a_riser_until_the_time_limit_counts_as_at_rest_also_if_it_begins_to_tip_over():
+    world = TumblingWorld(Staircase.fifteen())
+    world.reset([*LEANING, 0])
+
+    class Rocking(np.random.Generator):
+        def uniform(self, *_):
+            return np.array([-0.031036406077850777, -0.06332281643457077]) / ROCKING
+
+    jump = world.jump(1000, 89, Rocking(np.random.PCG64(0)))
+    assert jump.duration == 20
+    assert 1.52 < jump.end[2] < 1.6
+    np.testing.assert_array_equal(world.reset(jump.end), jump.end)
+
+
 def test_a_jump_that_takes_longer_than_the_limit_is_an_error_and_leaves_the_world_as_it_was():
     world = TumblingWorld()
     world.reset(world.state_at(0.25, 5000.0))
