@@ -538,9 +538,7 @@ def _draw_moved_class(ax: Axes, mu: np.ndarray, sigma: np.ndarray, number: int, 
             ax.plot([m, mean * m], [s, spread * s], color=PATH, linewidth=1.2, zorder=2)
             ax.plot(m, s, marker, color="white", markeredgecolor=color, markersize=9, zorder=3)
             m, s = mean * m, spread * s
-            ax.plot(
-                m, s, "o", color="none", markeredgecolor=PATH, markersize=19, zorder=3
-            )  # which it is, also where nothing moved
+            ax.plot(m, s, "o", color="none", markeredgecolor=PATH, markersize=19, zorder=3)
         ax.plot(m, s, marker, color=color, markersize=10, markeredgecolor=INK, zorder=4)
         ax.annotate(names_of([n])[0], (m, s), (8, 5), textcoords="offset points")
     right, top = max(3.3, 1.1 * mean * mu[number - 1]), max(0.25, 1.15 * spread * sigma[number - 1])
